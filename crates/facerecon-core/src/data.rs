@@ -1,0 +1,17 @@
+//! What the stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
+
+mod capture;
+mod cloud;
+mod landmarks;
+mod matches;
+mod mesh;
+mod raster;
+mod topology;
+
+pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
+pub use cloud::Cloud;
+pub use landmarks::{FEATURES, FeaturePairs, Landmarks};
+pub use matches::{Dot, Match, Pair};
+pub use mesh::{Mesh, MeshError};
+pub use raster::{Gray, Raster, Rgb};
+pub use topology::Topology;

@@ -1,0 +1,50 @@
+//! Measured points.
+
+use crate::math::{Similarity, Vec3};
+
+/// Points in space with what was measured about them. The optional columns are either empty or as
+/// long as `points`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cloud {
+    /// Positions, millimetres (or model units for an unknown rig).
+    pub points: Vec<Vec3>,
+    /// Unit normals, toward the cameras.
+    pub normals: Vec<Vec3>,
+    /// sRGB colour.
+    pub colors: Vec<[u8; 3]>,
+    /// Standard deviation along the line of sight, in the unit of the points.
+    pub sigmas: Vec<f64>,
+}
+
+impl Cloud {
+    /// A cloud of bare points.
+    pub fn from_points(points: Vec<Vec3>) -> Self {
+        Self { points, ..Self::default() }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The cloud in another frame.
+    pub fn transformed(&self, target_from_source: &Similarity) -> Self {
+        Self {
+            points: self.points.iter().map(|p| target_from_source.apply(p)).collect(),
+            normals: self.normals.iter().map(|n| target_from_source.rotate(n)).collect(),
+            colors: self.colors.clone(),
+            sigmas: self.sigmas.iter().map(|s| s * target_from_source.scale).collect(),
+        }
+    }
+
+    /// Least and greatest coordinates; `None` for an empty cloud.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let first = *self.points.first()?;
+        Some(self.points.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
+    }
+}

@@ -1,0 +1,141 @@
+//! Triangle meshes.
+
+use crate::math::{Similarity, Vec3};
+
+/// A triangle mesh. Vertex order is that of the file or template it came from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Positions, millimetres unless said otherwise.
+    pub vertices: Vec<Vec3>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub faces: Vec<[u32; 3]>,
+    /// Texture coordinates, u right, v up, (0, 0) the lower left corner of the picture.
+    pub uvs: Vec<[f64; 2]>,
+    /// For each face the three indices into `uvs`; empty when the mesh has none.
+    pub face_uvs: Vec<[u32; 3]>,
+    /// sRGB colour of each vertex; empty when the mesh has none.
+    pub colors: Vec<[u8; 3]>,
+}
+
+/// A mesh that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// No vertex or no face.
+    #[error("the mesh has {vertices} vertices and {faces} faces; at least 3 and 1 are needed")]
+    Empty {
+        /// Vertices found.
+        vertices: usize,
+        /// Faces found.
+        faces: usize,
+    },
+    /// A face names a vertex that is not there.
+    #[error("face {face} names vertex {index}, but there are {count} (counted from 0)")]
+    Index {
+        /// Number of the face.
+        face: usize,
+        /// Index it names.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A coordinate that is not a number.
+    #[error("vertex {vertex} has a coordinate that is not a finite number")]
+    NotFinite {
+        /// Number of the vertex.
+        vertex: usize,
+    },
+    /// Lists whose lengths do not fit together.
+    #[error("the mesh has {got} {what}, but {expected} are expected")]
+    Lengths {
+        /// What was counted.
+        what: &'static str,
+        /// Found.
+        got: usize,
+        /// Wanted.
+        expected: usize,
+    },
+}
+
+impl Mesh {
+    /// Checks indices, lengths and numbers.
+    ///
+    /// # Errors
+    /// The first thing found wrong, as a [`MeshError`].
+    pub fn validate(&self) -> Result<(), MeshError> {
+        if self.vertices.len() < 3 || self.faces.is_empty() {
+            let (vertices, faces) = (self.vertices.len(), self.faces.len());
+            return Err(MeshError::Empty { vertices, faces });
+        }
+        if let Some(vertex) = self.vertices.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
+            return Err(MeshError::NotFinite { vertex });
+        }
+        if !self.face_uvs.is_empty() && self.face_uvs.len() != self.faces.len() {
+            let (got, expected) = (self.face_uvs.len(), self.faces.len());
+            return Err(MeshError::Lengths {
+                what: "faces with texture coordinates",
+                got,
+                expected,
+            });
+        }
+        if !self.colors.is_empty() && self.colors.len() != self.vertices.len() {
+            let (got, expected) = (self.colors.len(), self.vertices.len());
+            return Err(MeshError::Lengths { what: "vertex colours", got, expected });
+        }
+        let check = |faces: &[[u32; 3]], count: usize| {
+            for (face, corners) in faces.iter().enumerate() {
+                if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
+                    return Err(MeshError::Index { face, index, count });
+                }
+            }
+            Ok(())
+        };
+        check(&self.faces, self.vertices.len())?;
+        check(&self.face_uvs, self.uvs.len())
+    }
+
+    /// Whether every face has texture coordinates.
+    pub fn has_uv(&self) -> bool {
+        !self.face_uvs.is_empty()
+    }
+
+    /// The three corners of a face.
+    #[inline]
+    pub fn corners(&self, face: usize) -> [Vec3; 3] {
+        self.faces[face].map(|i| self.vertices[i as usize])
+    }
+
+    /// Unit normals of the vertices, weighted by face area; zero for a vertex without area.
+    pub fn vertex_normals(&self) -> Vec<Vec3> {
+        let mut normals = vec![Vec3::zeros(); self.vertices.len()];
+        for face in &self.faces {
+            let [a, b, c] = face.map(|i| self.vertices[i as usize]);
+            let n = (b - a).cross(&(c - a));
+            for &i in face {
+                normals[i as usize] += n;
+            }
+        }
+        normals.iter().map(|n| n.try_normalize(1e-300).unwrap_or_default()).collect()
+    }
+
+    /// Least and greatest coordinates; `None` without vertices.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let first = *self.vertices.first()?;
+        Some(self.vertices.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
+    }
+
+    /// The same mesh with other vertex positions.
+    pub fn with_vertices(&self, vertices: Vec<Vec3>) -> Self {
+        Self {
+            vertices,
+            faces: self.faces.clone(),
+            uvs: self.uvs.clone(),
+            face_uvs: self.face_uvs.clone(),
+            colors: self.colors.clone(),
+        }
+    }
+
+    /// The mesh in another frame.
+    pub fn transformed(&self, target_from_source: &Similarity) -> Self {
+        self.with_vertices(self.vertices.iter().map(|v| target_from_source.apply(v)).collect())
+    }
+}

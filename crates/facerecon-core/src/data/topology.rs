@@ -1,0 +1,115 @@
+//! Who neighbours whom on a mesh.
+
+use std::collections::BTreeMap;
+
+use super::Mesh;
+
+/// Neighbours, borders and rings of a mesh's vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Topology {
+    /// For each vertex its neighbours in ascending order.
+    pub neighbours: Vec<Vec<u32>>,
+    /// For each vertex whether it lies on an open edge.
+    pub border: Vec<bool>,
+    /// Edges that more than two faces share.
+    pub non_manifold_edges: usize,
+}
+
+impl Topology {
+    /// Reads the topology of a valid mesh.
+    pub fn new(mesh: &Mesh) -> Self {
+        let mut edges: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        for &[a, b, c] in &mesh.faces {
+            for (i, j) in [(a, b), (b, c), (c, a)] {
+                *edges.entry((i.min(j), i.max(j))).or_default() += 1;
+            }
+        }
+        let mut neighbours = vec![Vec::new(); mesh.vertices.len()];
+        let mut border = vec![false; mesh.vertices.len()];
+        let mut non_manifold_edges = 0;
+        for (&(i, j), &count) in &edges {
+            if i == j {
+                continue;
+            }
+            neighbours[i as usize].push(j);
+            neighbours[j as usize].push(i);
+            if count == 1 {
+                border[i as usize] = true;
+                border[j as usize] = true;
+            } else if count > 2 {
+                non_manifold_edges += 1;
+            }
+        }
+        neighbours.iter_mut().for_each(|n| n.sort_unstable());
+        Self { neighbours, border, non_manifold_edges }
+    }
+
+    /// For each vertex how many edges it lies from the nearest open edge; `u32::MAX` when the mesh
+    /// has none within reach.
+    pub fn rings_from_border(&self) -> Vec<u32> {
+        let mut ring = vec![u32::MAX; self.neighbours.len()];
+        let mut front: Vec<u32> =
+            (0..ring.len() as u32).filter(|&v| self.border[v as usize]).collect();
+        front.iter().for_each(|&v| ring[v as usize] = 0);
+        let mut depth = 0;
+        while !front.is_empty() {
+            depth += 1;
+            let mut next = Vec::new();
+            for &v in &front {
+                for &n in &self.neighbours[v as usize] {
+                    if ring[n as usize] == u32::MAX {
+                        ring[n as usize] = depth;
+                        next.push(n);
+                    }
+                }
+            }
+            front = next;
+        }
+        ring
+    }
+
+    /// For each vertex the number of its connected part, counted from 0 in order of the parts' first vertices.
+    pub fn components(&self) -> Vec<u32> {
+        let mut part = vec![u32::MAX; self.neighbours.len()];
+        let mut count = 0;
+        for start in 0..part.len() {
+            if part[start] != u32::MAX {
+                continue;
+            }
+            let mut stack = vec![start as u32];
+            part[start] = count;
+            while let Some(v) = stack.pop() {
+                for &n in &self.neighbours[v as usize] {
+                    if part[n as usize] == u32::MAX {
+                        part[n as usize] = count;
+                        stack.push(n);
+                    }
+                }
+            }
+            count += 1;
+        }
+        part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    #[test]
+    fn a_fan_has_one_inner_vertex() {
+        let mut vertices = vec![Vec3::zeros()];
+        for i in 0..6 {
+            let a = f64::from(i);
+            vertices.push(Vec3::new(a.cos(), a.sin(), 0.0));
+        }
+        let faces = (0..6).map(|i| [0, 1 + i, 1 + (i + 1) % 6]).collect();
+        let topology = Topology::new(&Mesh { vertices, faces, ..Mesh::default() });
+        assert_eq!(topology.neighbours[0].len(), 6);
+        assert!(!topology.border[0] && topology.border[1]);
+        assert_eq!(topology.rings_from_border()[0], 1);
+        assert_eq!(topology.components(), vec![0; 7]);
+        assert_eq!(topology.non_manifold_edges, 0);
+    }
+}

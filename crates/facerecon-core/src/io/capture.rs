@@ -1,0 +1,1 @@
+//! A capture folder and its capture.toml.

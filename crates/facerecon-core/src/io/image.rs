@@ -1,0 +1,1 @@
+//! Photographs and pictures: PNG, JPEG, GIF.

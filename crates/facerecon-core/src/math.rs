@@ -1,0 +1,16 @@
+//! Transforms, least-squares fits and robust statistics. Floor 0.
+
+mod fit;
+mod robust;
+mod transform;
+
+pub use fit::{fit_line, fit_similarity};
+pub use robust::{mad, median, percentile};
+pub use transform::Similarity;
+
+/// A vector or point in the plane, pixels unless a name says otherwise.
+pub type Vec2 = nalgebra::Vector2<f64>;
+/// A vector or point in space.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3x3 matrix.
+pub type Mat3 = nalgebra::Matrix3<f64>;

@@ -1,0 +1,1 @@
+//! Software z-buffer renderer. Floor 2.

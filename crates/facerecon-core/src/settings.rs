@@ -1,0 +1,431 @@
+//! Parameters that are written once: a struct declared with [`settings!`] carries its defaults,
+//! ranges, units and documentation; the TOML file, the command line and Python are derived from it.
+
+use std::ops::RangeInclusive;
+
+use serde::Serialize;
+
+/// What a parameter can hold, for printing and for checking.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// A real number.
+    Number,
+    /// A whole number.
+    Integer,
+    /// `true` or `false`.
+    Switch,
+    /// Free text.
+    Text,
+    /// One of a few named choices: `(name, meaning)`.
+    Choice(Vec<(&'static str, String)>),
+    /// A list of values of one kind.
+    List(Box<Kind>),
+    /// A value that may be left out.
+    Optional(Box<Kind>),
+    /// A nested group of parameters.
+    Group(Vec<Field>),
+}
+
+/// One documented parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Name as in TOML and Python.
+    pub name: &'static str,
+    /// Meaning, from the field's doc comment.
+    pub doc: String,
+    /// Unit, where it has one.
+    pub unit: Option<&'static str>,
+    /// Allowed range, ends included.
+    pub range: Option<RangeInclusive<f64>>,
+    /// What it holds.
+    pub kind: Kind,
+}
+
+/// A parameter that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A number outside its range.
+    #[error("parameter {name} is {got}, but must lie in {low} to {high}")]
+    OutOfRange {
+        /// Dotted name.
+        name: String,
+        /// Value found.
+        got: f64,
+        /// Least value allowed.
+        low: f64,
+        /// Greatest value allowed.
+        high: f64,
+    },
+    /// A value of the wrong type, an unknown name, or text that is not TOML.
+    #[error("parameters: {0}")]
+    Malformed(String),
+    /// No parameter of that name.
+    #[error("there is no parameter {name}; {hint}")]
+    Unknown {
+        /// Dotted name as given.
+        name: String,
+        /// The nearest names there are.
+        hint: String,
+    },
+}
+
+/// A type that can stand in a [`settings!`] struct.
+pub trait Value {
+    /// What it holds.
+    fn kind() -> Kind;
+    /// Checks the value (and what is nested in it) against its range.
+    ///
+    /// # Errors
+    /// [`SettingsError::OutOfRange`] with the dotted `name`.
+    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError>;
+}
+
+fn check_number(
+    value: f64,
+    name: &str,
+    range: Option<&RangeInclusive<f64>>,
+) -> Result<(), SettingsError> {
+    match range {
+        Some(r) if !r.contains(&value) => Err(SettingsError::OutOfRange {
+            name: name.to_owned(),
+            got: value,
+            low: *r.start(),
+            high: *r.end(),
+        }),
+        None if !value.is_finite() => Err(SettingsError::Malformed(format!(
+            "parameter {name} is {value}, but must be a finite number"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+macro_rules! number_value {
+    ($($ty:ty => $kind:ident),*) => {$(
+        impl Value for $ty {
+            fn kind() -> Kind {
+                Kind::$kind
+            }
+            fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
+                check_number(*self as f64, name, range)
+            }
+        }
+    )*};
+}
+number_value!(f64 => Number, f32 => Number, usize => Integer, u32 => Integer, u64 => Integer, i32 => Integer);
+
+macro_rules! plain_value {
+    ($($ty:ty => $kind:ident),*) => {$(
+        impl Value for $ty {
+            fn kind() -> Kind {
+                Kind::$kind
+            }
+            fn check(&self, _: &str, _: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
+                Ok(())
+            }
+        }
+    )*};
+}
+plain_value!(bool => Switch, String => Text);
+
+impl<T: Value> Value for Option<T> {
+    fn kind() -> Kind {
+        Kind::Optional(Box::new(T::kind()))
+    }
+    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
+        self.as_ref().map_or(Ok(()), |v| v.check(name, range))
+    }
+}
+
+impl<T: Value> Value for Vec<T> {
+    fn kind() -> Kind {
+        Kind::List(Box::new(T::kind()))
+    }
+    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
+        self.iter().try_for_each(|v| v.check(name, range))
+    }
+}
+
+/// Declares a parameter struct: `name: type = default, range low..=high, unit "px";` with doc
+/// comments. It derives serde (missing fields take their default, unknown ones are refused),
+/// `Default`, and the documentation and range checks of [`Value`].
+#[macro_export]
+macro_rules! settings {
+    (
+        $(#[doc = $doc:literal])*
+        $vis:vis struct $name:ident {
+            $(
+                $(#[doc = $fdoc:literal])*
+                $field:ident : $ty:ty = $default:expr
+                $(, range $range:expr)? $(, unit $unit:literal)? ;
+            )*
+        }
+    ) => {
+        $(#[doc = $doc])*
+        #[derive(Clone, Debug, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        $vis struct $name {
+            $(
+                $(#[doc = $fdoc])*
+                pub $field: $ty,
+            )*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl $crate::settings::Value for $name {
+            fn kind() -> $crate::settings::Kind {
+                $crate::settings::Kind::Group(vec![$(
+                    $crate::settings::Field {
+                        name: stringify!($field),
+                        doc: [$($fdoc),*].map(str::trim).join("\n"),
+                        unit: $crate::settings!(@unit $($unit)?),
+                        range: $crate::settings!(@range $($range)?),
+                        kind: <$ty as $crate::settings::Value>::kind(),
+                    },
+                )*])
+            }
+            fn check(
+                &self,
+                name: &str,
+                _: Option<&std::ops::RangeInclusive<f64>>,
+            ) -> Result<(), $crate::settings::SettingsError> {
+                let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
+                $(
+                    let range: Option<std::ops::RangeInclusive<f64>> = $crate::settings!(@range $($range)?);
+                    $crate::settings::Value::check(
+                        &self.$field, &format!("{prefix}{}", stringify!($field)), range.as_ref())?;
+                )*
+                Ok(())
+            }
+        }
+    };
+    (@unit) => { None };
+    (@unit $unit:literal) => { Some($unit) };
+    (@range) => { None };
+    (@range $range:expr) => { Some($range) };
+}
+
+/// Declares an enum of named choices for a [`settings!`] field: `Variant = "name",` with doc
+/// comments that say what the choice means.
+#[macro_export]
+macro_rules! choices {
+    (
+        $(#[doc = $doc:literal])*
+        $vis:vis enum $name:ident {
+            $( $(#[doc = $vdoc:literal])* $variant:ident = $text:literal, )*
+        }
+    ) => {
+        $(#[doc = $doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ::serde::Serialize, ::serde::Deserialize)]
+        $vis enum $name {
+            $( $(#[doc = $vdoc])* #[serde(rename = $text)] $variant, )*
+        }
+
+        impl $crate::settings::Value for $name {
+            fn kind() -> $crate::settings::Kind {
+                $crate::settings::Kind::Choice(vec![
+                    $( ($text, [$($vdoc),*].map(str::trim).join(" ")), )*
+                ])
+            }
+            fn check(
+                &self,
+                _: &str,
+                _: Option<&std::ops::RangeInclusive<f64>>,
+            ) -> Result<(), $crate::settings::SettingsError> {
+                Ok(())
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(match self { $( Self::$variant => $text, )* })
+            }
+        }
+    };
+}
+
+/// The fields of a settings struct, in the order of their declaration.
+pub fn fields<T: Value>() -> Vec<Field> {
+    match T::kind() {
+        Kind::Group(fields) => fields,
+        _ => Vec::new(),
+    }
+}
+
+/// A settings struct as TOML, every field with its meaning, unit, range and choices as comments.
+/// Values that are left out stand as commented lines.
+///
+/// # Errors
+/// [`SettingsError::Malformed`] when the value cannot be written as TOML.
+pub fn commented_toml<T: Value + Serialize>(value: &T) -> Result<String, SettingsError> {
+    let table =
+        toml::Table::try_from(value).map_err(|e| SettingsError::Malformed(e.to_string()))?;
+    let mut out = String::new();
+    write_group(&mut out, "", &fields::<T>(), &table);
+    Ok(out.trim_start().to_owned())
+}
+
+fn write_group(out: &mut String, path: &str, fields: &[Field], table: &toml::Table) {
+    let (groups, plain): (Vec<_>, Vec<_>) =
+        fields.iter().partition(|f| matches!(f.kind, Kind::Group(_)));
+    for field in plain {
+        for line in comment(field).lines() {
+            out.push_str(&format!("# {line}\n"));
+        }
+        match table.get(field.name) {
+            Some(value) => out.push_str(&format!("{} = {value}\n", field.name)),
+            None => out.push_str(&format!("# {} =\n", field.name)),
+        }
+    }
+    for field in groups {
+        let Kind::Group(inner) = &field.kind else {
+            continue;
+        };
+        let name =
+            if path.is_empty() { field.name.to_owned() } else { format!("{path}.{}", field.name) };
+        out.push('\n');
+        for line in field.doc.lines() {
+            out.push_str(&format!("# {line}\n"));
+        }
+        out.push_str(&format!("[{name}]\n"));
+        let empty = toml::Table::new();
+        let sub = table.get(field.name).and_then(toml::Value::as_table).unwrap_or(&empty);
+        write_group(out, &name, inner, sub);
+    }
+}
+
+fn comment(field: &Field) -> String {
+    let mut text = field.doc.clone();
+    let mut facts = Vec::new();
+    if let Some(unit) = field.unit {
+        facts.push(unit.to_owned());
+    }
+    if let Some(range) = &field.range {
+        facts.push(format!("{} to {}", range.start(), range.end()));
+    }
+    if !facts.is_empty() {
+        text.push_str(&format!(" [{}]", facts.join(", ")));
+    }
+    if let Kind::Choice(choices) = &field.kind {
+        for (name, meaning) in choices {
+            text.push_str(&format!("\n  \"{name}\": {meaning}"));
+        }
+    }
+    text
+}
+
+/// Sets one parameter by its dotted name from text as written on a command line; text that is not
+/// a TOML value counts as a string.
+///
+/// # Errors
+/// [`SettingsError::Unknown`] for a name that is not there, naming the nearest ones.
+pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<(), SettingsError> {
+    let parts: Vec<&str> = name.split('.').collect();
+    let mut level = fields::<T>();
+    let mut target = table;
+    for (depth, part) in parts.iter().enumerate() {
+        let Some(field) = level.iter().find(|f| f.name == *part) else {
+            let names: Vec<_> = level.iter().map(|f| f.name).collect();
+            let hint = format!("here there are: {}", names.join(", "));
+            return Err(SettingsError::Unknown { name: name.to_owned(), hint });
+        };
+        let last = depth + 1 == parts.len();
+        match (&field.kind, last) {
+            (Kind::Group(inner), false) => {
+                let entry = target
+                    .entry((*part).to_owned())
+                    .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+                let Some(sub) = entry.as_table_mut() else {
+                    return Err(SettingsError::Malformed(format!("{part} is not a table")));
+                };
+                target = sub;
+                level = inner.clone();
+            }
+            (Kind::Group(inner), true) => {
+                let names: Vec<_> = inner.iter().map(|f| format!("{name}.{}", f.name)).collect();
+                let hint = format!("it is a group of: {}", names.join(", "));
+                return Err(SettingsError::Unknown { name: name.to_owned(), hint });
+            }
+            (_, false) => {
+                let hint = format!("{} has no parts", parts[..=depth].join("."));
+                return Err(SettingsError::Unknown { name: name.to_owned(), hint });
+            }
+            (kind, true) => {
+                target.insert((*part).to_owned(), parse_value(kind, text));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn parse_value(kind: &Kind, text: &str) -> toml::Value {
+    let parsed = format!("v = {text}").parse::<toml::Table>().ok().and_then(|mut t| t.remove("v"));
+    match (kind, parsed) {
+        (Kind::Text | Kind::Choice(_), Some(toml::Value::String(s))) => toml::Value::String(s),
+        (Kind::Text | Kind::Choice(_), _) | (_, None) => toml::Value::String(text.to_owned()),
+        // "5" is a fine real number on a command line
+        (Kind::Number, Some(toml::Value::Integer(i))) => toml::Value::Float(i as f64),
+        (Kind::Optional(inner), Some(_)) => parse_value(inner, text),
+        (_, Some(value)) => value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    choices! {
+        /// A choice.
+        pub enum Way {
+            /// The one.
+            One = "one",
+            /// The other.
+            Two = "two",
+        }
+    }
+    settings! {
+        /// Inner.
+        pub struct Inner {
+            /// A length.
+            length_px: f64 = 2.0, range 0.0..=10.0, unit "px";
+        }
+    }
+    settings! {
+        /// Outer.
+        pub struct Outer {
+            /// How.
+            way: Way = Way::One;
+            /// Maybe.
+            maybe: Option<usize> = None;
+            /// The inner group.
+            inner: Inner = Inner::default();
+        }
+    }
+
+    #[test]
+    fn printed_toml_reads_back_and_carries_the_documentation() {
+        let text = commented_toml(&Outer::default()).unwrap();
+        assert!(text.contains("# A length. [px, 0 to 10]"), "{text}");
+        assert!(text.contains("\"two\": The other."), "{text}");
+        assert_eq!(toml::from_str::<Outer>(&text).unwrap(), Outer::default());
+    }
+
+    #[test]
+    fn ranges_unknown_names_and_choices_are_refused() {
+        let mut table = toml::Table::new();
+        set::<Outer>(&mut table, "inner.length_px", "11").unwrap();
+        set::<Outer>(&mut table, "way", "two").unwrap();
+        let outer: Outer = table.try_into().unwrap();
+        assert_eq!(outer.way, Way::Two);
+        let error = outer.check("", None).unwrap_err().to_string();
+        assert!(error.contains("inner.length_px is 11"), "{error}");
+        let error = set::<Outer>(&mut toml::Table::new(), "inner.size", "1").unwrap_err();
+        assert!(error.to_string().contains("length_px"), "{error}");
+        assert!(toml::from_str::<Outer>("surprise = 1").is_err());
+        assert!(toml::from_str::<Outer>("way = \"three\"").is_err());
+    }
+}

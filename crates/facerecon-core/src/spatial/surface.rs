@@ -1,0 +1,240 @@
+//! Closest point on a triangle mesh, by a tree of bounding boxes.
+
+use crate::data::Mesh;
+use crate::math::Vec3;
+
+/// A point on a mesh's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Face it lies on.
+    pub face: usize,
+    /// Barycentric weights of the face's corners.
+    pub barycentric: [f64; 3],
+    /// Position.
+    pub point: Vec3,
+    /// Distance from the query.
+    pub distance: f64,
+}
+
+struct Node {
+    low: Vec3,
+    high: Vec3,
+    /// Inner: index of the first child (the second follows its subtree at `second`). Leaf: range.
+    second: u32,
+    start: u32,
+    count: u32,
+}
+
+/// A search tree over the faces of a mesh.
+pub struct SurfaceIndex {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+    triangles: Vec<[Vec3; 3]>,
+}
+
+const LEAF: usize = 4;
+
+impl SurfaceIndex {
+    /// Builds the tree; `None` when the mesh is not valid.
+    pub fn new(mesh: &Mesh) -> Option<Self> {
+        mesh.validate().ok()?;
+        let triangles: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.corners(f)).collect();
+        let centres: Vec<Vec3> = triangles.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0).collect();
+        let mut index =
+            Self { nodes: Vec::new(), order: (0..triangles.len() as u32).collect(), triangles };
+        index.split(&centres, 0, index.order.len());
+        Some(index)
+    }
+
+    fn split(&mut self, centres: &[Vec3], start: usize, end: usize) {
+        let mut low = Vec3::repeat(f64::INFINITY);
+        let mut high = -low;
+        for &f in &self.order[start..end] {
+            for corner in &self.triangles[f as usize] {
+                low = low.inf(corner);
+                high = high.sup(corner);
+            }
+        }
+        let id = self.nodes.len();
+        self.nodes.push(Node { low, high, second: 0, start: start as u32, count: 0 });
+        if end - start <= LEAF {
+            self.nodes[id].count = (end - start) as u32;
+            return;
+        }
+        let axis = (high - low).imax();
+        let middle = usize::midpoint(start, end);
+        self.order[start..end].select_nth_unstable_by(middle - start, |&a, &b| {
+            let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
+            x.total_cmp(&y).then(a.cmp(&b))
+        });
+        self.split(centres, start, middle);
+        self.nodes[id].second = self.nodes.len() as u32;
+        self.split(centres, middle, end);
+    }
+
+    /// The closest point on the surface; `None` when the query is not finite.
+    pub fn closest(&self, query: &Vec3) -> Option<SurfacePoint> {
+        self.closest_within(query, f64::INFINITY)
+    }
+
+    /// The closest point on the surface, no farther than `reach`.
+    pub fn closest_within(&self, query: &Vec3, reach: f64) -> Option<SurfacePoint> {
+        if !query.iter().all(|c| c.is_finite()) {
+            return None;
+        }
+        let mut best: Option<SurfacePoint> = None;
+        let mut limit = reach * reach;
+        let mut stack = vec![0usize];
+        while let Some(id) = stack.pop() {
+            let node = &self.nodes[id];
+            if box_distance(node, query) > limit {
+                continue;
+            }
+            if node.count > 0 {
+                let range = node.start as usize..(node.start + node.count) as usize;
+                for &face in &self.order[range] {
+                    let (point, barycentric) = on_triangle(query, &self.triangles[face as usize]);
+                    let d2 = (point - query).norm_squared();
+                    let face = face as usize;
+                    let better = match &best {
+                        None => d2 <= limit,
+                        // ties by face number, so that the tree's shape never shows
+                        Some(b) => d2 < limit || (d2 == limit && face < b.face),
+                    };
+                    if better {
+                        limit = d2;
+                        best = Some(SurfacePoint { face, barycentric, point, distance: d2.sqrt() });
+                    }
+                }
+            } else {
+                let (first, second) = (id + 1, node.second as usize);
+                let near_first = box_distance(&self.nodes[first], query)
+                    <= box_distance(&self.nodes[second], query);
+                let (near, far) = if near_first { (first, second) } else { (second, first) };
+                stack.push(far);
+                stack.push(near);
+            }
+        }
+        best
+    }
+}
+
+fn box_distance(node: &Node, p: &Vec3) -> f64 {
+    let outside = (node.low - p).sup(&(p - node.high)).sup(&Vec3::zeros());
+    outside.norm_squared()
+}
+
+/// Closest point of a triangle and its barycentric weights (Ericson 2005, section 5.1.5).
+fn on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, [f64; 3]) {
+    let (ab, ac) = (b - a, c - a);
+    let weights = barycentric_of_closest(p, a, b, c, &ab, &ac);
+    (a * weights[0] + b * weights[1] + c * weights[2], weights)
+}
+
+fn barycentric_of_closest(
+    p: &Vec3,
+    a: &Vec3,
+    b: &Vec3,
+    c: &Vec3,
+    ab: &Vec3,
+    ac: &Vec3,
+) -> [f64; 3] {
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 - d3 > 0.0 {
+        let v = d1 / (d1 - d3);
+        return [1.0 - v, v, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 - d6 > 0.0 {
+        let w = d2 / (d2 - d6);
+        return [1.0 - w, 0.0, w];
+    }
+    let va = d3 * d6 - d5 * d4;
+    let (e, f) = (d4 - d3, d5 - d6);
+    if va <= 0.0 && e >= 0.0 && f >= 0.0 && e + f > 0.0 {
+        let w = e / (e + f);
+        return [0.0, 1.0 - w, w];
+    }
+    let sum = va + vb + vc;
+    if sum > 0.0 {
+        return [va / sum, vb / sum, vc / sum];
+    }
+    [1.0, 0.0, 0.0] // a triangle without area
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bumpy() -> Mesh {
+        let n = 20u32;
+        let mut mesh = Mesh::default();
+        for y in 0..n {
+            for x in 0..n {
+                let z = (f64::from(x) * 0.9).sin() * 3.0 + (f64::from(y) * 0.6).cos() * 2.0;
+                mesh.vertices.push(Vec3::new(f64::from(x), f64::from(y), z));
+            }
+        }
+        for y in 0..n - 1 {
+            for x in 0..n - 1 {
+                let i = y * n + x;
+                mesh.faces.push([i, i + 1, i + n]);
+                mesh.faces.push([i + 1, i + n + 1, i + n]);
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn agrees_with_trying_every_triangle() {
+        let mesh = bumpy();
+        let index = SurfaceIndex::new(&mesh).unwrap();
+        for k in 0..200 {
+            let t = f64::from(k);
+            let q = Vec3::new((t * 1.7).sin(), (t * 0.31).cos(), (t * 2.3).sin()) * 15.0
+                + Vec3::new(10.0, 10.0, 0.0);
+            let naive = (0..mesh.faces.len())
+                .map(|f| (on_triangle(&q, &mesh.corners(f)).0 - q).norm())
+                .fold(f64::INFINITY, f64::min);
+            let found = index.closest(&q).unwrap();
+            assert!((found.distance - naive).abs() < 1e-12);
+            let corners = mesh.corners(found.face);
+            let again: Vec3 = (0..3).map(|i| corners[i] * found.barycentric[i]).sum();
+            assert!((again - found.point).norm() < 1e-12);
+        }
+        assert!(index.closest(&Vec3::new(f64::NAN, 0.0, 0.0)).is_none());
+        assert!(index.closest_within(&Vec3::new(10.0, 10.0, 90.0), 5.0).is_none());
+    }
+
+    #[test]
+    fn the_closest_point_of_a_triangle_beats_a_dense_sampling() {
+        let triangle = [Vec3::zeros(), Vec3::new(4.0, 0.0, 0.0), Vec3::new(1.0, 3.0, 1.0)];
+        for k in 0..60 {
+            let t = f64::from(k);
+            let q = Vec3::new((t * 0.7).sin() * 6.0, (t * 1.9).cos() * 6.0, (t * 0.3).sin() * 4.0);
+            let (point, _) = on_triangle(&q, &triangle);
+            for i in 0..=40 {
+                for j in 0..=(40 - i) {
+                    let (u, v) = (f64::from(i) / 40.0, f64::from(j) / 40.0);
+                    let s = triangle[0] * (1.0 - u - v) + triangle[1] * u + triangle[2] * v;
+                    assert!((point - q).norm() <= (s - q).norm() + 1e-12);
+                }
+            }
+        }
+    }
+}

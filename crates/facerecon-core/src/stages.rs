@@ -1,0 +1,13 @@
+//! The stages, one file each; none imports another. Floor 3.
+
+pub mod correspond;
+pub mod deform;
+pub mod detect;
+pub mod filter;
+pub mod rectify;
+pub mod refine;
+pub mod register;
+pub mod smooth;
+pub mod surface;
+pub mod texture;
+pub mod triangulate;

@@ -1,0 +1,1 @@
+//! The built-in head and presets for known templates. Floor 2.
