@@ -1,1 +1,174 @@
-//! Stage rectify.
+//! Rectify: both photos as cameras with level rows would have taken them, so that a point has the
+//! same row in both (the thesis asks the photographer for that; a calibrated rig gives it).
+
+mod warp;
+
+#[cfg(test)]
+mod tests;
+
+pub use warp::warp;
+
+use crate::camera::{Rectification, RigError};
+use crate::data::{Capture, Gray};
+use crate::observer::{Artifact, Event, Observer};
+use crate::settings;
+
+settings! {
+    /// Rectification of the photos.
+    pub struct RectifyParams {
+        /// Whether the rig's calibration is used where the capture has one; without it the photos
+        /// are taken as they are.
+        calibrated: bool = true;
+    }
+}
+
+/// Photos that cannot be rectified.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RectifyError {
+    /// A photo of another size than the left one.
+    #[error(
+        "rectify: the {photo} photo is {got_width}x{got_height}, but the left photo is {width}x{height}; all photos of a capture must have one size"
+    )]
+    Sizes {
+        /// Which photo.
+        photo: &'static str,
+        /// Its width.
+        got_width: usize,
+        /// Its height.
+        got_height: usize,
+        /// Width of the left photo.
+        width: usize,
+        /// Height of the left photo.
+        height: usize,
+    },
+    /// Photos without pixels.
+    #[error("rectify: the photos have no pixels")]
+    Empty,
+    /// A rig that cannot be used.
+    #[error("rectify: {0}")]
+    Rig(#[from] RigError),
+    /// A rig whose rectified pictures would be far larger than the photos.
+    #[error(
+        "rectify: the rectified pictures would be {got_width}x{got_height} for photos of {width}x{height}; the calibration does not belong to these photos, or the cameras look too far apart"
+    )]
+    Canvas {
+        /// Width of the rectified pictures.
+        got_width: usize,
+        /// Their height.
+        got_height: usize,
+        /// Width of the photos.
+        width: usize,
+        /// Their height.
+        height: usize,
+    },
+    /// Stopped by the observer.
+    #[error("rectify: cancelled")]
+    Cancelled,
+}
+
+/// How level the rows were found and what was done about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowReport {
+    /// Rows the right photo lay lower than the left, pixels.
+    pub offset_px: f64,
+    /// Roll of the right photo against the left, degrees, clockwise.
+    pub roll_deg: f64,
+    /// Vertical scale of the right photo over the left, less 1.
+    pub scale: f64,
+    /// Median row difference left after the correction, pixels; `None` when not measured.
+    pub residual_px: Option<f64>,
+    /// Whether the views were corrected by these figures.
+    pub corrected: bool,
+}
+
+/// The rectified pair.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rectified {
+    /// How photo and rectified pixels belong together.
+    pub rectification: Rectification,
+    /// The left photo with the pattern, rectified.
+    pub left: Gray,
+    /// The right photo with the pattern, rectified.
+    pub right: Gray,
+    /// The pair without the pattern, rectified.
+    pub plain: Option<[Gray; 2]>,
+    /// How level the rows were found.
+    pub rows: RowReport,
+    /// What the user should know, in words.
+    pub warnings: Vec<String>,
+}
+
+/// Rectified pictures may have this many times the pixels of a photo.
+const CANVAS_LIMIT: usize = 6;
+
+/// Rectifies both pairs of a capture. Photos of a parallel rig keep their pixels.
+///
+/// # Errors
+/// [`RectifyError`] for photos of different sizes or a rig that cannot be used.
+pub fn rectify(
+    capture: &Capture,
+    params: &RectifyParams,
+    observer: &dyn Observer,
+) -> Result<Rectified, RectifyError> {
+    check_sizes(capture)?;
+    let size = capture.left.size();
+    let mut warnings = Vec::new();
+    let rectification = match &capture.rig {
+        Some(rig) if params.calibrated => {
+            rig.validate(size)?;
+            Rectification::from_rig(rig, size)
+        }
+        _ => {
+            warnings.push(
+                "no calibration is used: rows are taken as level, and lengths are in model units"
+                    .to_owned(),
+            );
+            Rectification::identity(size)
+        }
+    };
+    check_canvas(&rectification, size)?;
+    if observer.cancelled() {
+        return Err(RectifyError::Cancelled);
+    }
+    let left = warp(&capture.left.gray, &rectification.left, rectification.size);
+    let right = warp(&capture.right.gray, &rectification.right, rectification.size);
+    let plain = capture.plain.as_ref().map(|[l, r]| {
+        [
+            warp(&l.gray, &rectification.left, rectification.size),
+            warp(&r.gray, &rectification.right, rectification.size),
+        ]
+    });
+    for message in &warnings {
+        observer.event(&Event::Warning { stage: "rectify", message });
+    }
+    observer.artifact("rectify", "left", Artifact::Gray(&left));
+    observer.artifact("rectify", "right", Artifact::Gray(&right));
+    Ok(Rectified { rectification, left, right, plain, rows: RowReport::default(), warnings })
+}
+
+fn check_sizes(capture: &Capture) -> Result<(), RectifyError> {
+    let (width, height) = capture.left.size();
+    if width == 0 || height == 0 {
+        return Err(RectifyError::Empty);
+    }
+    let plain = capture.plain.iter().flatten().zip(["left plain", "right plain"]);
+    for (photo, name) in std::iter::once((&capture.right, "right")).chain(plain) {
+        let (got_width, got_height) = photo.size();
+        if (got_width, got_height) != (width, height) {
+            return Err(RectifyError::Sizes { photo: name, got_width, got_height, width, height });
+        }
+    }
+    Ok(())
+}
+
+fn check_canvas(
+    rectification: &Rectification,
+    (width, height): (usize, usize),
+) -> Result<(), RectifyError> {
+    let (got_width, got_height) = rectification.size;
+    let limit = width.saturating_mul(height).saturating_mul(CANVAS_LIMIT);
+    if got_width.saturating_mul(got_height) > limit {
+        return Err(RectifyError::Canvas { got_width, got_height, width, height });
+    }
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! Histogram equalisation, whole or in tiles.
+
+use crate::data::Gray;
+
+const BINS: usize = 256;
+
+fn bin(value: f32) -> usize {
+    value.round().clamp(0.0, 255.0) as usize
+}
+
+/// Spreads the grey levels so that each share of the photo's pixels takes its share of 0..255.
+pub fn equalize_global(image: &Gray) -> Gray {
+    let mut histogram = [0.0; BINS];
+    for v in image.data() {
+        histogram[bin(*v)] += 1.0;
+    }
+    let map = mapping(&histogram);
+    image.map(|v| map[bin(v)])
+}
+
+/// Contrast-limited adaptive equalisation (Zuiderveld 1994): `tiles` x `tiles` mappings, blended
+/// bilinearly between tile centres; no bin counts more than `clip_limit` times the mean bin, the
+/// excess is spread over all bins.
+pub fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gray {
+    let (width, height) = image.size();
+    if width == 0 || height == 0 {
+        return image.clone();
+    }
+    let (columns, rows) = (tiles.clamp(1, width), tiles.clamp(1, height));
+    let maps: Vec<[f32; BINS]> = (0..rows * columns)
+        .map(|tile| {
+            let (column, row) = (tile % columns, tile / columns);
+            let mut histogram = [0.0; BINS];
+            let mut count = 0.0;
+            for y in row * height / rows..(row + 1) * height / rows {
+                for x in column * width / columns..(column + 1) * width / columns {
+                    histogram[bin(image.at(x, y))] += 1.0;
+                    count += 1.0;
+                }
+            }
+            clip(&mut histogram, clip_limit * count / BINS as f64);
+            mapping(&histogram)
+        })
+        .collect();
+    // position of a pixel among the tile centres: the two tiles beside it and the blend
+    let beside = |p: usize, size: usize, tiles: usize| {
+        let t =
+            ((p as f64 + 0.5) * tiles as f64 / size as f64 - 0.5).clamp(0.0, tiles as f64 - 1.0);
+        let low = t as usize;
+        (low, (low + 1).min(tiles - 1), (t - low as f64) as f32)
+    };
+    Gray::from_fn(width, height, |x, y| {
+        let (x0, x1, fx) = beside(x, width, columns);
+        let (y0, y1, fy) = beside(y, height, rows);
+        let grey = bin(image.at(x, y));
+        let map = |column: usize, row: usize| maps[row * columns + column][grey];
+        let top = map(x0, y0) * (1.0 - fx) + map(x1, y0) * fx;
+        let bottom = map(x0, y1) * (1.0 - fx) + map(x1, y1) * fx;
+        top * (1.0 - fy) + bottom * fy
+    })
+}
+
+fn clip(histogram: &mut [f64; BINS], limit: f64) {
+    let excess: f64 = histogram.iter().map(|n| (n - limit).max(0.0)).sum();
+    for n in histogram.iter_mut() {
+        *n = n.min(limit) + excess / BINS as f64;
+    }
+}
+
+/// Grey level to the middle of its share of 0..255: a flat photo keeps a middle grey.
+fn mapping(histogram: &[f64; BINS]) -> [f32; BINS] {
+    let total: f64 = histogram.iter().sum::<f64>().max(1e-12);
+    let mut below = 0.0;
+    histogram.map(|n| {
+        let share = (below + n / 2.0) / total;
+        below += n;
+        (255.0 * share) as f32
+    })
+}

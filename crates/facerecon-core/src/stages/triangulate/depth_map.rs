@@ -1,0 +1,66 @@
+//! Grey depth maps of both photos (thesis Fig. 2.5).
+
+use crate::camera::Rectification;
+use crate::data::{Gray, Match};
+use crate::math::{Vec2, median, percentile};
+use crate::spatial::PointIndex;
+
+/// Grey of the furthest match; black is left for where nothing was measured.
+const DARKEST: f64 = 40.0;
+
+/// Depth maps `[left, right]` in the pixels of the original photos of `photo_size`: lighter is
+/// nearer, black is unknown. Between the matches the grey is interpolated (modified Shepard) as far
+/// as one and a half spacings from the next match.
+pub fn depth_maps(
+    matches: &[Match],
+    rectification: &Rectification,
+    photo_size: (usize, usize),
+) -> [Gray; 2] {
+    let disparities: Vec<f64> = matches.iter().map(Match::disparity).collect();
+    let low = percentile(&disparities, 0.005).unwrap_or(0.0);
+    let high = percentile(&disparities, 0.995).unwrap_or(0.0);
+    let range = (high - low).max(1e-9);
+    let greys: Vec<f64> = disparities
+        .iter()
+        .map(|d| DARKEST + (255.0 - DARKEST) * ((d - low) / range).clamp(0.0, 1.0))
+        .collect();
+    let left = matches.iter().map(|m| rectification.left.to_photo(m.left)).collect::<Vec<_>>();
+    let right = matches.iter().map(|m| rectification.right.to_photo(m.right)).collect::<Vec<_>>();
+    [spread(&left, &greys, photo_size), spread(&right, &greys, photo_size)]
+}
+
+fn spread(places: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gray {
+    let mut sums = vec![(0.0_f64, 0.0_f64); width * height];
+    let radius = 1.5 * spacing(places).unwrap_or(1.0).clamp(1.0, 200.0);
+    for (p, grey) in places.iter().zip(greys) {
+        if !(p.x.is_finite() && p.y.is_finite()) {
+            continue;
+        }
+        let first = |c: f64| (c - radius).ceil().max(0.0) as usize;
+        let last =
+            |c: f64, size: usize| ((c + radius).floor() + 1.0).clamp(0.0, size as f64) as usize;
+        for y in first(p.y)..last(p.y, height) {
+            for x in first(p.x)..last(p.x, width) {
+                let distance = (Vec2::new(x as f64, y as f64) - p).norm();
+                if distance < radius {
+                    let weight = ((radius - distance) / (radius * distance.max(0.1))).powi(2);
+                    let sum = &mut sums[y * width + x];
+                    *sum = (sum.0 + weight * grey, sum.1 + weight);
+                }
+            }
+        }
+    }
+    Gray::from_fn(width, height, |x, y| {
+        let (sum, weight) = sums[y * width + x];
+        if weight > 0.0 { (sum / weight) as f32 } else { 0.0 }
+    })
+}
+
+fn spacing(places: &[Vec2]) -> Option<f64> {
+    let index = PointIndex::<2>::new(places)?;
+    let nearest: Vec<f64> = places
+        .iter()
+        .filter_map(|p| index.nearest_n(&[p.x, p.y], 2).get(1).map(|n| n.distance))
+        .collect();
+    median(&nearest)
+}
