@@ -1,1 +1,39 @@
 //! The built-in head and presets for known templates. Floor 2.
+//!
+//! The head is our own: a function (`sculpt`) from a chart of half the head to space, built from
+//! anthropometric proportions. Stored are only the mesh's places in the chart, its texture
+//! coordinates and its triangles (`assets/`), made by `make`; positions are computed on loading.
+
+mod asset;
+mod head;
+#[cfg(test)]
+mod layout;
+#[cfg(test)]
+mod make;
+#[cfg(test)]
+mod mesher;
+mod sculpt;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod unwrap;
+
+pub use head::Template;
+
+use asset::HalfHead;
+use sculpt::{Proportions, Sculpt};
+
+const FINE: &[u8] = include_bytes!("../assets/head.bin");
+const COARSE: &[u8] = include_bytes!("../assets/head-coarse.bin");
+
+/// The generic head: a neutral adult of average proportions, about 6,000 vertices, exactly
+/// symmetric, one surface with the neck as its only border. Model frame, mm, origin between the
+/// ears.
+pub fn head() -> Template {
+    head::assemble(&Sculpt::new(&Proportions::default()), &HalfHead::decode(FINE))
+}
+
+/// The same head with about 830 vertices and the same landmark names.
+pub fn head_coarse() -> Template {
+    head::assemble(&Sculpt::new(&Proportions::default()), &HalfHead::decode(COARSE))
+}
