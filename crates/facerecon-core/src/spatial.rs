@@ -1,7 +1,9 @@
 //! Nearest points and closest points on surfaces. Floor 1.
 
+mod assign;
 mod points;
 mod surface;
 
+pub use assign::eliminate_multiple;
 pub use points::{Neighbour, PointIndex};
 pub use surface::{SurfaceIndex, SurfacePoint};
