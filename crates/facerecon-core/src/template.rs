@@ -13,12 +13,15 @@ mod make;
 #[cfg(test)]
 mod mesher;
 mod sculpt;
+mod skin;
+mod subject;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod unwrap;
 
 pub use head::Template;
+pub use subject::Subject;
 
 use asset::HalfHead;
 use sculpt::{Proportions, Sculpt};
@@ -36,4 +39,10 @@ pub fn head() -> Template {
 /// The same head with about 830 vertices and the same landmark names.
 pub fn head_coarse() -> Template {
     head::assemble(&Sculpt::new(&Proportions::default()), &HalfHead::decode(COARSE))
+}
+
+/// A made-up person for the virtual rig: like the built-in head, but with an identity and an
+/// asymmetry of its own and with skin, four times as fine. The same seed is the same person.
+pub fn subject(seed: u64) -> Subject {
+    subject::subject(seed, &HalfHead::decode(FINE))
 }

@@ -85,7 +85,7 @@ impl Layout {
                     feature.closed,
                     feature.spacing * fineness.along,
                 );
-                layout.chain(sculpt, &line, feature.closed, 0.5 * feature.spacing * fineness.along);
+                layout.chain(sculpt, &line, feature.closed, feature.apart * fineness.along);
             }
         }
         layout.fill(sculpt, fineness);

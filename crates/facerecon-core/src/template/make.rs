@@ -8,10 +8,10 @@ use super::unwrap::unwrap;
 
 /// About 6,000 vertices.
 pub(crate) const FINE: Fineness =
-    Fineness { scale: 0.93, along: 0.95, all_features: true, candidates: 420 };
+    Fineness { scale: 0.885, along: 0.92, all_features: true, candidates: 420 };
 /// About 830 vertices.
 pub(crate) const COARSE: Fineness =
-    Fineness { scale: 2.45, along: 2.2, all_features: false, candidates: 160 };
+    Fineness { scale: 2.42, along: 2.2, all_features: false, candidates: 160 };
 
 /// Angle of the midline, past the crown, where the seam begins, in degrees.
 const SEAM_DEG: f64 = 108.0;

@@ -118,6 +118,19 @@ impl Sculpt {
         self.mouth.line(0.0)
     }
 
+    /// How far a point stands out from the side of the head around the ear.
+    pub(super) fn over_side(&self, p: &Vec3) -> f64 {
+        p.x.abs() - (self.side[0] + self.side[1] * p.y + self.side[2] * p.z)
+    }
+
+    pub(super) fn mouth(&self) -> &Mouth {
+        &self.mouth
+    }
+
+    pub(super) fn eye(&self) -> &Eye {
+        &self.eye
+    }
+
     /// Chart position to (sine, cosine, v) of the loft.
     fn direction(q: Vector2<f64>) -> (f64, f64, f64) {
         let r = q.norm();

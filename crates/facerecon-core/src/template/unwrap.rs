@@ -42,7 +42,9 @@ fn facial(p: &Vec3) -> f64 {
         let u = ((t - a) / (b - a)).clamp(0.0, 1.0);
         u * u * (3.0 - 2.0 * u)
     };
-    step(5.0, 55.0, p.z) * step(-115.0, -80.0, p.y) * step(120.0, 75.0, p.y)
+    let ear =
+        0.35 * step(30.0, 18.0, (p.x.abs() - 84.0).hypot(p.z + 12.0)) * step(42.0, 34.0, p.y.abs());
+    ear.max(step(5.0, 55.0, p.z) * step(-115.0, -80.0, p.y) * step(120.0, 75.0, p.y))
 }
 
 /// Texture coordinates for the vertices of the half x >= 0; u is 0.5 on the front midline, from

@@ -49,7 +49,7 @@ impl Default for EarShape {
             middle: [-2.0, -9.0],
             tilt: 12.0,
             scale: 1.0,
-            protrusion: 1.0,
+            protrusion: 0.88,
             spokes: vec![
                 //   deg  root  rim   h    roll groove ridge  h    wall floor
                 s(0.0, 19.0, 33.0, 11.0, 4.5, 3.0, 17.0, 9.0, 11.0, 3.0),

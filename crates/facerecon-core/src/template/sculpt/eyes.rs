@@ -23,8 +23,8 @@ impl Default for EyeShape {
         Self {
             inner: [16.5, 20.6],
             outer: [45.0, 22.8],
-            upper: 5.6,
-            lower: 4.6,
+            upper: 5.1,
+            lower: 4.4,
             centre: [31.0, 22.0, 76.0],
             radius: 12.1,
             lid: 1.7,
@@ -33,8 +33,8 @@ impl Default for EyeShape {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Eye {
-    pub(super) shape: EyeShape,
+pub(crate) struct Eye {
+    pub(crate) shape: EyeShape,
     upper: Curve,
     lower: Curve,
 }
@@ -74,7 +74,7 @@ impl Eye {
     }
 
     /// Heights of the upper and the lower lid margin at x.
-    pub(super) fn margins(&self, x: f64) -> (f64, f64) {
+    pub(crate) fn margins(&self, x: f64) -> (f64, f64) {
         let s = &self.shape;
         let t = self.along(x).clamp(0.0, 1.0);
         let line = mix(s.inner[1], s.outer[1], t);
@@ -82,7 +82,7 @@ impl Eye {
     }
 
     /// Depth inside the opening, positive inside, in mm (approximate away from the margins).
-    pub(super) fn inside(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn inside(&self, x: f64, y: f64) -> f64 {
         let s = &self.shape;
         let (up, low) = self.margins(x);
         let beyond = (s.inner[0] - x).max(x - s.outer[0]).max(0.0);

@@ -12,6 +12,8 @@ pub(crate) struct Feature {
     pub(crate) closed: bool,
     /// Distance of vertices along it in the fine head, mm.
     pub(crate) spacing: f64,
+    /// Nearer to an earlier vertex than this, that one is used instead, mm.
+    pub(crate) apart: f64,
     /// Left out of the coarse head.
     pub(crate) fine_only: bool,
 }
@@ -77,8 +79,10 @@ impl Sculpt {
         let front = |points: &mut dyn Iterator<Item = [f64; 2]>| -> Vec<Vector2<f64>> {
             points.map(|p| self.locate(p, true)).collect()
         };
-        let mut add = |line, closed, spacing, fine_only| {
-            out.push(Feature { line, closed, spacing, fine_only });
+        let mut add = |line, closed, spacing: f64, fine_only| {
+            // The ball begins right behind the margin of the lids, elsewhere rows stay apart.
+            let apart = if spacing < 2.05 { 0.2 } else { 0.45 * spacing };
+            out.push(Feature { line, closed, spacing, apart, fine_only });
         };
         let unit = |k: usize| k as f64 / SAMPLES as f64;
 
@@ -97,7 +101,7 @@ impl Sculpt {
             })
         };
         add(front(&mut margin(inner[0], outer[0], 0.0)), true, 2.1, false);
-        add(front(&mut margin(inner[0] + 0.9, outer[0] - 0.8, 0.5)), true, 2.1, true);
+        add(front(&mut margin(inner[0] + 0.9, outer[0] - 0.8, 0.5)), true, 2.0, true);
         add(
             front(&mut (0..=SAMPLES).map(|k| {
                 let x = mix(inner[0] + 2.0, outer[0] - 0.5, unit(k));
@@ -118,8 +122,10 @@ impl Sculpt {
             (-1.0, 2.6, false),
         ] {
             let reach = if share == 0.0 { 1.0 } else { 0.985 };
+            // The midline has no vertex of its own at the rolls.
+            let start = if fine_only { 0.05 } else { 0.0 };
             let line = front(&mut (0..=SAMPLES).map(|k| {
-                let x = half * reach * unit(k);
+                let x = half * mix(start, reach, unit(k));
                 let (line, (up, low)) = (self.mouth.line(x), self.mouth.borders(x));
                 [x, if share >= 0.0 { mix(line, up, share) } else { mix(line, low, -share) }]
             }));
@@ -127,7 +133,7 @@ impl Sculpt {
         }
 
         // Nose: rim and inside of the nostril, furrow around the wing.
-        for (r, spacing) in [(1.1, 1.9), (0.55, 1.9)] {
+        for (r, spacing) in [(1.1, 2.1), (0.55, 2.1)] {
             let ring = (0..SAMPLES).map(|k| self.nose.nostril_point(TAU * unit(k), r));
             add(front(&mut { ring }), true, spacing, true);
         }

@@ -20,12 +20,12 @@ pub(crate) struct MouthShape {
 
 impl Default for MouthShape {
     fn default() -> Self {
-        Self { half_width: 26.0, line: -48.0, corner: -48.8, upper: 7.0, lower: 9.2, fullness: 1.0 }
+        Self { half_width: 26.0, line: -48.0, corner: -48.3, upper: 7.0, lower: 9.2, fullness: 1.0 }
     }
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Mouth {
+pub(crate) struct Mouth {
     shape: MouthShape,
     /// Vermilion heights over `|x| / half_width`, as fractions of the middle.
     upper: Curve,
@@ -84,7 +84,7 @@ impl Mouth {
     }
 
     /// Height of the lip line at x.
-    pub(super) fn line(&self, x: f64) -> f64 {
+    pub(crate) fn line(&self, x: f64) -> f64 {
         let s = &self.shape;
         let t = (x.abs() / s.half_width).min(1.15);
         // The tubercle of the upper lip hangs into the middle.
@@ -93,14 +93,14 @@ impl Mouth {
     }
 
     /// Heights of the vermilion borders (upper, lower) at x.
-    pub(super) fn borders(&self, x: f64) -> (f64, f64) {
+    pub(crate) fn borders(&self, x: f64) -> (f64, f64) {
         let s = &self.shape;
         let t = x.abs() / s.half_width;
         let line = self.line(x);
         (line + s.upper * self.upper.at(t), line - s.lower * self.lower.at(t))
     }
 
-    pub(super) fn half_width(&self) -> f64 {
+    pub(crate) fn half_width(&self) -> f64 {
         self.shape.half_width
     }
 
@@ -132,7 +132,7 @@ impl Mouth {
         let spread = 3.4 + 1.6 * smoothstep(line + s.upper + 12.0, line + s.upper, y);
         z += column * (0.55 * bell(x - spread, 1.7) - 0.85 * bell(x, 2.0));
         // The corner is tucked in.
-        z -= 1.6 * bell(t - 1.03, 0.09) * bell(y - line, 2.6);
+        z -= 0.8 * bell(t - 1.04, 0.10) * bell(y - line, 2.4);
         Vec3::new(0.0, 0.0, z)
     }
 }
