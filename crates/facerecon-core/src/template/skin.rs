@@ -188,7 +188,7 @@ impl Skin {
         let hairs = noise(Vec3::new(0.22 * along, 1.7 * across, p.x.signum() * 40.0) + self.offset);
         let fringe = 1.0 - ((p.y - arch).abs() / half.max(0.3)).powi(2);
         let cover = step(-0.55, 0.85, fringe + 0.8 * hairs) * step(0.0, 0.5, half);
-        mix(skin, self.hair.map(|c| 0.9 * c + 0.012), 0.80 * cover)
+        mix(skin, self.hair.map(|c| 0.9 * c + 0.012), 0.80 * cover * step(1.05, 0.88, t))
     }
 
     fn eye(&self, p: &Vec3, skin: Colour) -> Colour {
@@ -249,8 +249,8 @@ impl Skin {
             return skin;
         }
         let above = if p.z > 26.0 && p.y > 40.0 { top } else { top.min(side) };
-        let edge = above + 3.0 * self.grain(p, 5.0) + 2.2 * self.grain(p, 1.3);
-        let cover = 0.93 * step(-3.0, 6.0, edge);
+        let edge = above + 3.5 * self.grain(p, 6.0) + 1.3 * self.grain(p, 1.7);
+        let cover = 0.94 * step(-6.0, 7.5, edge);
         if cover <= 0.0 {
             return skin;
         }

@@ -181,7 +181,8 @@ fn dimensions_are_adult_norms() {
     };
     let skull = |p: &&Vec3| p.y > 38.0;
     let cheeks = |p: &&Vec3| p.z > 15.0 && p.y.abs() < 25.0;
-    let ear = |p: &&Vec3| p.x > 76.0 && p.y < 40.0;
+    // Above, the ear stands out from the skull; below, from the narrower jaw.
+    let ear = |p: &&Vec3| (p.x > 78.0 && p.y < 40.0) || (p.x > 70.5 && p.y < -12.0);
     let vertex = v.iter().map(|p| p.y).fold(f64::MIN, f64::max);
     let checks = [
         ("bizygomatic", extent(&cheeks, &|p| p.x), 137.0, 8.0),

@@ -10,7 +10,7 @@ use crate::math::Vec3;
 use nalgebra::{Matrix2, Vector2};
 
 /// Scale of skull, neck and ears against the face.
-const REST_SCALE: f64 = 0.5;
+const REST_SCALE: f64 = 0.38;
 /// Weight of their shape against the face's.
 const REST_WEIGHT: f64 = 0.04;
 /// Rounds of the descent.
@@ -43,7 +43,7 @@ fn facial(p: &Vec3) -> f64 {
         u * u * (3.0 - 2.0 * u)
     };
     let ear =
-        0.35 * step(30.0, 18.0, (p.x.abs() - 84.0).hypot(p.z + 12.0)) * step(42.0, 34.0, p.y.abs());
+        0.25 * step(30.0, 18.0, (p.x.abs() - 84.0).hypot(p.z + 12.0)) * step(42.0, 34.0, p.y.abs());
     ear.max(step(5.0, 55.0, p.z) * step(-115.0, -80.0, p.y) * step(120.0, 75.0, p.y))
 }
 
