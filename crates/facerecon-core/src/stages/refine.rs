@@ -54,7 +54,7 @@ settings! {
         /// brings to interpolation).
         smooth_px: f64 = 0.4, range 0.0..=3.0, unit "px";
         /// Residuals beyond this many standard deviations lose their say (shine, eyelashes).
-        robust: f64 = 3.5, range 1.0..=20.0;
+        robust: f64 = 5.0, range 1.0..=20.0;
         /// Most Gauss-Newton steps.
         iterations: usize = 6, range 1.0..=50.0;
         /// Points with a larger standard deviation of the disparity become holes.

@@ -26,7 +26,7 @@ impl Sheet {
     fn weights(&self, surface: &Surface) -> Vec<f64> {
         let weight = |shape: &Shape| {
             let tilt = (self.relief * shape.tilt).powi(2);
-            let in_space = (1.0 + tilt).powf(-2.5);
+            let in_space = (1.0 + tilt).powf(-1.5);
             let curvature = (self.relief * shape.bend).powi(2) * (1.0 + tilt).powi(-3);
             let soft = (1.0 + curvature / self.crease.powi(2)).sqrt();
             self.stiffness * self.relief.powi(2) * in_space / soft + 1e-9
