@@ -43,7 +43,7 @@ settings! {
         /// Half width of the windows matched at the dots, in pitches.
         window: f64 = 0.85, range 0.4..=3.0;
         /// Width of the surface's cells, in pitches.
-        knot: f64 = 0.45, range 0.2..=2.0;
+        knot: f64 = 0.5, range 0.2..=2.0;
         /// Stiffness of the surface: weight of its squared bending, in space, against the
         /// photographs' residuals over their noise. Larger is smoother.
         stiffness: f64 = 22.0, range 0.0..=1e6;
@@ -56,7 +56,7 @@ settings! {
         /// Residuals beyond this many standard deviations lose their say (shine, eyelashes).
         robust: f64 = 5.0, range 1.0..=20.0;
         /// Most Gauss-Newton steps.
-        iterations: usize = 6, range 1.0..=50.0;
+        iterations: usize = 5, range 1.0..=50.0;
         /// Points with a larger standard deviation of the disparity become holes.
         max_sigma_px: f64 = 0.6, range 0.01..=10.0, unit "px";
         /// Points whose neighbourhood's residuals exceed the expected noise this many times become
@@ -69,6 +69,9 @@ settings! {
         max_tilt_deg: f64 = 82.0, range 10.0..=89.0, unit "degrees";
     }
 }
+
+/// Most control values of the surface; cells grow where a picture would need more.
+const MAX_KNOTS: usize = 100_000;
 
 /// Least number of matches to begin with.
 pub const MIN_MATCHES: usize = 12;
@@ -185,8 +188,9 @@ pub fn refine(
     let (width, height) = small_left.size();
     let domain = prior::domain(&firm, pitch, width, height);
     let pixels = domain.data().iter().filter(|p| **p).count();
-    let mut surface = prior::first_surface(&firm, &domain, pitch, params.knot * pitch)
-        .ok_or(too_few(firm.len()))?;
+    let knot = (params.knot * pitch).max(((width * height) as f64 / MAX_KNOTS as f64).sqrt());
+    let mut surface =
+        prior::first_surface(&firm, &domain, pitch, knot).ok_or(too_few(firm.len()))?;
     let scene = Scene {
         left: small_left,
         right: small_right,
@@ -214,7 +218,7 @@ pub fn refine(
     if !disparity.data().iter().any(|d| d.is_finite()) {
         return Err(RefineError::NothingMeasured { pixels });
     }
-    let matches = moved(&usable, &samples, &grid, &surface, &sigma, pitch);
+    let matches = moved(&usable, &samples, &grid, &surface, &sigma, pitch, params.max_sigma_px);
     let dropped = usable.len() - matches.len();
     observer.event(&Event::Count { stage: "refine", what: "matches", count: matches.len() });
     observer.event(&Event::Count { stage: "refine", what: "matches dropped", count: dropped });

@@ -66,7 +66,8 @@ impl Binning {
 }
 
 /// The matches with the surface's disparity where it was measured near theirs; else with their
-/// own, unless the surface contradicts it by a large part of the pitch.
+/// own (and the largest standard deviation that is no hole), unless the surface contradicts it by
+/// a large part of the pitch.
 pub(super) fn moved(
     matches: &[Match],
     samples: &[Sample],
@@ -74,24 +75,20 @@ pub(super) fn moved(
     surface: &Surface,
     sigma: &Gray,
     pitch: f64,
+    max_sigma_px: f64,
 ) -> Vec<Match> {
     let mut out = Vec::with_capacity(matches.len());
     for (m, s) in matches.iter().zip(samples) {
         let mut m = *m;
         let sigma_px = f64::from(grid.sigma_at(sigma, m.left.x, m.left.y));
-        if sigma_px.is_finite() {
-            let disparity = surface.value(s.x, s.y);
-            let away = (disparity - s.disparity).abs();
-            if away > 0.4 * pitch {
-                continue;
-            }
-            if away < 0.15 * pitch {
-                m.right.x = m.left.x - grid.bin * disparity;
-                m.sigma_px = sigma_px;
-            }
-        } else {
-            m.right.x = m.left.x - grid.bin * s.disparity;
+        let disparity = surface.value(s.x, s.y);
+        let away = (disparity - s.disparity).abs();
+        if sigma_px.is_finite() && away > 0.4 * pitch {
+            continue;
         }
+        let on_surface = sigma_px.is_finite() && away < 0.15 * pitch;
+        m.right.x = m.left.x - grid.bin * if on_surface { disparity } else { s.disparity };
+        m.sigma_px = if on_surface { sigma_px } else { max_sigma_px };
         out.push(m);
     }
     out
