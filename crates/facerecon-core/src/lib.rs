@@ -11,6 +11,7 @@
 //! 8. texture: colour it from the photos without the pattern.
 
 pub mod camera;
+pub mod check;
 pub mod compare;
 pub mod data;
 pub mod error;

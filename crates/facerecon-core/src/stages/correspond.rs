@@ -39,6 +39,10 @@ settings! {
         seed_tolerance: f64 = 0.6, range 0.0..=10.0;
         /// How far a dot may lie from the nearest marked one to be searched, in spacings.
         reach: f64 = 2.5, range 1.0..=100.0;
+        /// Size of the search window about the head, an ellipse set by the marks: the thesis marks
+        /// the ears but does not say where the head ends, and the pattern may go on on a wall. 1
+        /// holds a head with its hair; 0 searches the whole photo.
+        window: f64 = 1.0, range 0.0..=100.0;
         /// Width of the projected picture over its height; with the pattern's columns and rows it
         /// gives the spacing along x from the spacing measured.
         picture_aspect: f64 = 1.333_333_333_333_333_3, range 0.1..=10.0;

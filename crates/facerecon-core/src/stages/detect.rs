@@ -26,10 +26,11 @@ settings! {
     pub struct DetectParams {
         /// How dots are found.
         method: DetectMethod = DetectMethod::Thin;
-        /// Side of the raster-scan window (thesis: 5x5), for `thin`.
+        /// Side of the raster-scan window (thesis: 5x5), for `thin` without `merge`.
         window_px: usize = 5, range 1.0..=101.0, unit "px";
-        /// Whether windows whose white pixels touch are one dot, for `thin`. The thesis's windows
-        /// alone cut a dot whose top row does not begin at its left end in two.
+        /// Whether the window follows the dot, for `thin`: white pixels that touch are one dot. The
+        /// thesis's fixed window cuts a dot whose top row does not begin at its left end in two, and
+        /// joins dots closer than its side.
         merge: bool = true;
         /// Least number of white pixels of a dot; fewer are noise, for `thin` with `merge`.
         min_area_px: usize = 3, range 1.0..=10000.0, unit "px";

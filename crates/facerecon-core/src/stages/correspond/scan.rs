@@ -1,7 +1,9 @@
 //! The thesis's scan (section 2.3): from three marked pairs outward, dot by dot, in turns between
 //! the left and the right photo.
 
+mod agree;
 mod grow;
+mod plane;
 mod seeds;
 
 use super::{CorrespondError, CorrespondInput, Correspondence, ScanParams};
@@ -19,7 +21,9 @@ pub(super) fn scan(
     let left: Vec<Vec2> = input.left.iter().map(|d| d.position).collect();
     let right: Vec<Vec2> = input.right.iter().map(|d| d.position).collect();
     let marked = seeds::mark(input.seeds.as_ref(), &left, &right, &limits)?;
-    let mut grown = grow::grow(&left, &right, &marked, &limits, observer)?;
+    let window = seeds::Window::new(&marked, &left, params.window);
+    let grown = grow::grow(&left, &right, &marked, &window, &limits, observer)?;
+    let mut grown = agree::agreeing(grown, marked.len(), &left, &right, &limits);
     grown.sort_by(|a, b| {
         let (a, b) = (left[a.left], left[b.left]);
         a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))

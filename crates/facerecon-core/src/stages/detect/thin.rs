@@ -21,10 +21,10 @@ struct Group {
 }
 
 impl Group {
-    fn add(&mut self, other: &Group) {
-        self.sum[0] += other.sum[0];
-        self.sum[1] += other.sum[1];
-        self.count += other.count;
+    fn add(&mut self, x: usize, y: usize) {
+        self.sum[0] += x;
+        self.sum[1] += y;
+        self.count += 1;
     }
 }
 
@@ -32,13 +32,13 @@ impl Group {
 /// the upper left corner; a white pixel found is the upper left corner of a window; the white pixels
 /// in it are averaged to one, the others become black.
 ///
-/// With `merge`, windows whose white pixels touch (also over a corner) are then one dot, so that a
-/// dot is one however it lies against the windows and however large it is; dots of less than
-/// `min_area_px` pixels or of more than `max_area` medians are left out.
+/// With `merge` the window follows the dot: all white pixels that touch (also over a corner) are one
+/// dot, however it lies against the scan, however large it is and however close the next one; dots of
+/// less than `min_area_px` pixels or of more than `max_area` medians are left out.
 pub fn thin(binary: &Gray, params: &DetectParams) -> Thinned {
     let (width, height) = binary.size();
-    let (labels, windows) = scan(binary, params.window_px.max(1));
-    let groups = if params.merge { merge(&labels, (width, height), &windows) } else { windows };
+    let groups =
+        if params.merge { touching(binary) } else { windows(binary, params.window_px.max(1)) };
     let mut image = Gray::filled(width, height, 0.0);
     let (least, most) = if params.merge { limits(&groups, params) } else { (1, usize::MAX) };
     let mut dots = Vec::new();
@@ -58,70 +58,60 @@ pub fn thin(binary: &Gray, params: &DetectParams) -> Thinned {
     Thinned { dots, image }
 }
 
-/// The thesis's raster scan: the number of its window plus 1 for every white pixel, and the windows.
-fn scan(binary: &Gray, window: usize) -> (Vec<u32>, Vec<Group>) {
+/// The thesis's raster scan: each white pixel found takes the window to its right and below.
+fn windows(binary: &Gray, window: usize) -> Vec<Group> {
     let (width, height) = binary.size();
-    let mut labels = vec![0_u32; width * height];
-    let mut windows = Vec::new();
+    let mut white = binary.map(|v| v > 127.0);
+    let mut groups = Vec::new();
     for y in 0..height {
         for x in 0..width {
-            if binary.at(x, y) <= 127.0 || labels[y * width + x] != 0 {
+            if !white.at(x, y) {
                 continue;
             }
             let mut group = Group::default();
-            let label = windows.len() as u32 + 1;
             for v in y..(y + window).min(height) {
                 for u in x..(x + window).min(width) {
-                    let taken = &mut labels[v * width + u];
-                    if binary.at(u, v) > 127.0 && *taken == 0 {
-                        *taken = label;
-                        group.add(&Group { sum: [u, v], count: 1 });
+                    if white.at(u, v) {
+                        white.set(u, v, false);
+                        group.add(u, v);
                     }
                 }
             }
-            windows.push(group);
+            groups.push(group);
         }
     }
-    (labels, windows)
-}
-
-/// Joins windows whose white pixels touch.
-fn merge(labels: &[u32], (width, height): (usize, usize), windows: &[Group]) -> Vec<Group> {
-    let mut parents: Vec<usize> = (0..windows.len()).collect();
-    let mut touch = |a: u32, b: u32| {
-        if a != 0 && b != 0 && a != b {
-            let (a, b) = (root(&mut parents, a as usize - 1), root(&mut parents, b as usize - 1));
-            parents[a.max(b)] = a.min(b);
-        }
-    };
-    for y in 0..height {
-        for x in 0..width {
-            let here = labels[y * width + x];
-            if x + 1 < width {
-                touch(here, labels[y * width + x + 1]);
-            }
-            if y + 1 < height {
-                let below = &labels[(y + 1) * width..(y + 2) * width];
-                for u in x.saturating_sub(1)..(x + 2).min(width) {
-                    touch(here, below[u]);
-                }
-            }
-        }
-    }
-    let mut groups = vec![Group::default(); windows.len()];
-    for (i, window) in windows.iter().enumerate() {
-        groups[root(&mut parents, i)].add(window);
-    }
-    groups.retain(|g| g.count > 0);
     groups
 }
 
-fn root(parents: &mut [usize], mut i: usize) -> usize {
-    while parents[i] != i {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
+/// The same scan with a window that follows the white pixels as far as they touch.
+fn touching(binary: &Gray) -> Vec<Group> {
+    let (width, height) = binary.size();
+    let mut white = binary.map(|v| v > 127.0);
+    let mut groups = Vec::new();
+    let mut open = Vec::new();
+    for y in 0..height {
+        for x in 0..width {
+            if !white.at(x, y) {
+                continue;
+            }
+            let mut group = Group::default();
+            white.set(x, y, false);
+            open.push((x, y));
+            while let Some((x, y)) = open.pop() {
+                group.add(x, y);
+                for v in y.saturating_sub(1)..(y + 2).min(height) {
+                    for u in x.saturating_sub(1)..(x + 2).min(width) {
+                        if white.at(u, v) {
+                            white.set(u, v, false);
+                            open.push((u, v));
+                        }
+                    }
+                }
+            }
+            groups.push(group);
+        }
     }
-    i
+    groups
 }
 
 /// Least and greatest number of pixels of a dot.

@@ -3,8 +3,10 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use super::plane::plane_at_origin;
+use super::seeds::Window;
 use super::{CorrespondError, Limits, Marked};
-use crate::math::{Vec2, median};
+use crate::math::Vec2;
 use crate::observer::Observer;
 use crate::spatial::PointIndex;
 
@@ -49,6 +51,7 @@ struct Scan<'a> {
     of_left: Vec<Option<usize>>,
     /// For each right dot its marked correspondent.
     of_right: Vec<Option<usize>>,
+    window: &'a Window,
     limits: &'a Limits,
 }
 
@@ -59,6 +62,7 @@ pub(super) fn grow(
     left: &[Vec2],
     right: &[Vec2],
     seeds: &[Marked],
+    window: &Window,
     limits: &Limits,
     observer: &dyn Observer,
 ) -> Result<Vec<Marked>, CorrespondError> {
@@ -70,6 +74,7 @@ pub(super) fn grow(
         right_index: PointIndex::<2>::new(right).ok_or(no_dots("right"))?,
         of_left: vec![None; left.len()],
         of_right: vec![None; right.len()],
+        window,
         limits,
     };
     let mut grown: Vec<Marked> = Vec::new();
@@ -100,7 +105,6 @@ pub(super) fn grow(
         grown.push(Marked { left: candidate.left, right: candidate.right, score });
         scan.offer_around(candidate.left, &mut waiting);
     }
-    grown.retain(|m| scan.agrees(m));
     Ok(grown)
 }
 
@@ -109,7 +113,7 @@ impl Scan<'_> {
     fn offer_around(&self, marked: usize, waiting: &mut BinaryHeap<Candidate>) {
         let p = self.left[marked];
         for near in self.left_index.within(&[p.x, p.y], self.limits.reach) {
-            if self.of_left[near.index].is_none() {
+            if self.of_left[near.index].is_none() && self.window.holds(self.left[near.index]) {
                 waiting.extend(self.search(near.index));
             }
         }
@@ -175,39 +179,4 @@ impl Scan<'_> {
             .collect();
         plane_at_origin(&values, self.limits.spacing)
     }
-
-    /// Whether a match keeps to the median disparity trend of the matches around it.
-    fn agrees(&self, m: &Marked) -> bool {
-        let p = self.left[m.left];
-        let marked = self.marked_around(p, m.left);
-        if marked.len() < 3 {
-            return false;
-        }
-        let own = p.x - self.right[m.right].x;
-        let rests: Vec<f64> = marked
-            .iter()
-            .filter_map(|&(i, _)| Some(self.left[i].x - self.right[self.of_left[i]?].x - own))
-            .collect();
-        let trend = self.disparity(p, &marked);
-        let median = median(&rests).unwrap_or(0.0);
-        (own - trend).abs() < self.limits.distance && median.abs() < 2.0 * self.limits.distance
-    }
-}
-
-/// Value at the origin of a plane fitted to `(offset, value, weight)`; slopes are damped, so that few
-/// or collinear points give their weighted mean.
-fn plane_at_origin(values: &[(Vec2, f64, f64)], spacing: f64) -> f64 {
-    let total: f64 = values.iter().map(|v| v.2).sum();
-    let mean_at: Vec2 = values.iter().map(|v| v.0 * v.2).sum::<Vec2>() / total;
-    let mean: f64 = values.iter().map(|v| v.1 * v.2).sum::<f64>() / total;
-    // slopes as a ridge regression: rounding and wrong neighbours must not tip the plane
-    let mut normal = nalgebra::Matrix2::identity() * (0.3 * spacing * spacing);
-    let mut right = Vec2::zeros();
-    for (at, value, weight) in values {
-        let d = at - mean_at;
-        normal += d * d.transpose() * *weight;
-        right += d * (value - mean) * *weight;
-    }
-    let slope = normal.try_inverse().map_or_else(Vec2::zeros, |inverse| inverse * right);
-    mean - slope.dot(&mean_at)
 }

@@ -50,6 +50,37 @@ pub(super) fn mark(
     Ok(marked)
 }
 
+/// The part of the left photo in which the head lies, as the marks say: an upright ellipse.
+pub(super) struct Window {
+    centre: Vec2,
+    half: Vec2,
+}
+
+impl Window {
+    /// From the marks for head and ears; the whole photo when one is missing or `size` is 0.
+    pub(super) fn new(marked: &[Marked], left: &[Vec2], size: f64) -> Self {
+        let everything = Self { centre: Vec2::zeros(), half: Vec2::repeat(f64::INFINITY) };
+        let [head, left_ear, right_ear] = marked else {
+            return everything;
+        };
+        let (head, a, b) = (left[head.left], left[left_ear.left], left[right_ear.left]);
+        let centre = (a + b) / 2.0;
+        // Ears stand about 145 mm apart, a forehead 80 mm above their middle; the larger figure
+        // holds when the head is turned. Hair ends 165 mm above, a jaw 105 mm beside the middle.
+        let width = (a - b).norm().max(1.8 * (head - centre).norm());
+        if size > 0.0 && width > 0.0 {
+            Self { centre, half: Vec2::new(0.72, 1.15) * width * size }
+        } else {
+            everything
+        }
+    }
+
+    /// Whether a place of the left photo lies in it.
+    pub(super) fn holds(&self, p: Vec2) -> bool {
+        (p - self.centre).component_div(&self.half).norm_squared() <= 1.0
+    }
+}
+
 /// A warning when the marked pairs' disparities lie further apart than heads are deep.
 pub(super) fn disagreement(marked: &[Marked], left: &[Vec2], right: &[Vec2]) -> Option<String> {
     let disparities = marked.iter().map(|m| left[m.left].x - right[m.right].x);
