@@ -12,7 +12,7 @@ use crate::data::Gray;
 /// [`FilterError::Kernel`] unless the kernel is an odd square of finite numbers.
 pub fn sharpen(image: &Gray, kernel: &[f64]) -> Result<Gray, FilterError> {
     let side = kernel.len().isqrt();
-    if side * side != kernel.len() || side % 2 == 0 {
+    if side * side != kernel.len() || side.is_multiple_of(2) {
         return Err(FilterError::Kernel { got: kernel.len() });
     }
     if let Some(got) = kernel.iter().find(|k| !k.is_finite()) {

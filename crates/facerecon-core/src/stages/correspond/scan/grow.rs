@@ -88,7 +88,7 @@ pub(super) fn grow(
         scan.offer_around(seed.left, &mut waiting);
     }
     while let Some(candidate) = waiting.pop() {
-        if grown.len() % 256 == 0 && observer.cancelled() {
+        if grown.len().is_multiple_of(256) && observer.cancelled() {
             return Err(CorrespondError::Cancelled);
         }
         if scan.of_left[candidate.left].is_some() {
