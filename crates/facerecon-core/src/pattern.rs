@@ -1,1 +1,215 @@
-//! The projector image.
+//! The projector image: a lattice of dots, or stripes that each can be told from all others.
+//! Floor 4.
+
+mod design;
+mod stripes;
+
+pub use design::Design;
+pub use stripes::{PALETTE, STRIPE_PERIOD, Stripe, stripe};
+
+use rayon::prelude::*;
+
+use crate::data::{Pattern, PatternKind, Raster, Rgb};
+use crate::settings::{SettingsError, Value};
+use crate::{choices, settings};
+
+choices! {
+    /// The kind of pattern.
+    pub enum Kind {
+        /// A regular lattice of round dots (thesis section 2.2).
+        Dots = "dots",
+        /// Parallel stripes of varying width and colour (thesis, Future Works).
+        Stripes = "stripes",
+    }
+}
+
+settings! {
+    /// The projected pattern.
+    pub struct PatternParams {
+        /// Dots or stripes.
+        kind: Kind = Kind::Dots;
+        /// Dots a row, or number of stripes.
+        columns: usize = 85, range 2.0..=1000.0;
+        /// Dots a column; for stripes their length in units of their distance.
+        rows: usize = 64, range 1.0..=1000.0;
+        /// Width of the projector image.
+        width_px: usize = 1024, range 16.0..=16384.0, unit "px";
+        /// Height of the projector image.
+        height_px: usize = 768, range 16.0..=16384.0, unit "px";
+        /// Diameter of a dot as a fraction of the distance between dots.
+        dot_fraction: f64 = 0.4, range 0.05..=0.95;
+        /// Free border as a fraction of the image's shorter side.
+        margin_fraction: f64 = 0.02, range 0.0..=0.45;
+        /// Turn of the pattern, clockwise. Turned by atan(1/k) a row of dots comes back to the same
+        /// height only after k columns, so that far fewer dots share an epipolar line: 7.125 (k = 8)
+        /// suits most rigs; see `rotation_for_range`.
+        rotation_deg: f64 = 0.0, range -45.0..=45.0, unit "deg";
+    }
+}
+
+/// A pattern that cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PatternError {
+    /// A parameter out of range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Dots too small for the image's resolution.
+    #[error(
+        "{columns}x{rows} dots on {width}x{height} pixels leave {spacing_px:.1} px from dot to dot, but at least {needed_px:.1} are needed; ask for a larger image or fewer dots"
+    )]
+    TooFine {
+        /// Columns asked for.
+        columns: usize,
+        /// Rows asked for.
+        rows: usize,
+        /// Width of the image.
+        width: usize,
+        /// Height of the image.
+        height: usize,
+        /// Distance found.
+        spacing_px: f64,
+        /// Distance needed.
+        needed_px: f64,
+    },
+}
+
+impl PatternParams {
+    /// The description that goes into a capture.
+    pub fn pattern(&self) -> Pattern {
+        let kind = match self.kind {
+            Kind::Dots => PatternKind::Dots,
+            Kind::Stripes => PatternKind::Stripes,
+        };
+        let rotation = self.rotation_deg.to_radians();
+        Pattern { kind, columns: self.columns, rows: self.rows, rotation }
+    }
+}
+
+/// The least turn `atan(1/k)`, degrees, at which no two dots within `range_spacings` (the range of
+/// disparities divided by the distance between dots) lie on one epipolar line: neighbours on such
+/// a line are `sqrt(k^2 + 1)` spacings apart.
+pub fn rotation_for_range(range_spacings: f64) -> f64 {
+    let mut k = 1u32;
+    while f64::from(k * k + 1).sqrt() < range_spacings.min(60.0) {
+        k += 1;
+    }
+    (1.0 / f64::from(k)).atan().to_degrees()
+}
+
+/// Samples a side of a pixel of the projector image.
+const SAMPLES: usize = 4;
+/// Softness of edges in the projector image: evens out the few samples, moves nothing.
+const EDGE_PX: f64 = 0.35;
+/// Least distance between dots (or stripes), projector pixels.
+const LEAST_SPACING_PX: f64 = 4.0;
+
+/// Draws the projector image: white dots or coloured stripes on black, 8 bit sRGB. The lattice
+/// point of column `c` and row `r` lies at [`Design::pixel`].
+///
+/// # Errors
+/// [`PatternError`] for parameters out of range and patterns too fine for the image.
+pub fn pattern_image(params: &PatternParams) -> Result<Rgb, PatternError> {
+    params.check("pattern", None)?;
+    let design = Design::new(params);
+    let (width, height) = (params.width_px, params.height_px);
+    if design.spacing_px < LEAST_SPACING_PX {
+        return Err(PatternError::TooFine {
+            columns: params.columns,
+            rows: params.rows,
+            width,
+            height,
+            spacing_px: design.spacing_px,
+            needed_px: LEAST_SPACING_PX,
+        });
+    }
+    let pixels: Vec<[u8; 3]> = (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let mut sum = [0.0; 3];
+            for sample in 0..SAMPLES * SAMPLES {
+                let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
+                let x = (i % width) as f64 + offset(sample % SAMPLES);
+                let y = (i / width) as f64 + offset(sample / SAMPLES);
+                let color = design.light(design.lattice(x, y), EDGE_PX / design.spacing_px);
+                for k in 0..3 {
+                    sum[k] += color[k] / (SAMPLES * SAMPLES) as f64;
+                }
+            }
+            sum.map(|light| crate::render::srgb_from_linear(light).round() as u8)
+        })
+        .collect();
+    Ok(Raster::from_vec(width, height, pixels).unwrap_or_else(|| Rgb::filled(1, 1, [0; 3])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+    use crate::render::linear_from_srgb;
+
+    #[test]
+    fn every_dot_stands_where_the_lattice_says() {
+        let params = PatternParams {
+            columns: 23,
+            rows: 15,
+            width_px: 400,
+            height_px: 300,
+            rotation_deg: 7.125,
+            ..PatternParams::default()
+        };
+        let image = pattern_image(&params).unwrap();
+        let design = Design::new(&params);
+        for row in 0..15 {
+            for column in 0..23 {
+                let p = design.pixel(Vec2::new(f64::from(column), f64::from(row)));
+                let half = design.spacing_px / 2.0;
+                let (mut sum, mut at) = (0.0, Vec2::zeros());
+                for y in 0..300 {
+                    for x in 0..400 {
+                        let q = Vec2::new(f64::from(x), f64::from(y));
+                        if (q - p).norm() < half {
+                            let light = linear_from_srgb(image.at(x as usize, y as usize)[0]);
+                            sum += light;
+                            at += q * light;
+                        }
+                    }
+                }
+                assert!((at / sum - p).norm() < 0.02, "{column},{row}: {:?}", at / sum - p);
+                let area = std::f64::consts::PI * (0.2 * design.spacing_px).powi(2);
+                assert!((sum / area - 1.0).abs() < 0.03);
+            }
+        }
+    }
+
+    #[test]
+    fn stripes_are_told_apart_by_any_three_neighbours() {
+        let mut seen = std::collections::BTreeSet::new();
+        for i in 0..STRIPE_PERIOD {
+            let triple = [0, 1, 2].map(|k| stripe(i + k).color_index);
+            assert!(triple[0] != triple[1]);
+            assert!(seen.insert(triple), "{triple:?} comes twice");
+        }
+        let widths: Vec<f64> = (0..60).map(|i| stripe(i).width).collect();
+        assert!(widths.iter().any(|w| *w < 0.4) && widths.iter().any(|w| *w > 0.5));
+        let params = PatternParams { kind: Kind::Stripes, columns: 40, ..Default::default() };
+        let image = pattern_image(&params).unwrap();
+        let design = Design::new(&params);
+        for i in 0..40 {
+            let middle = Vec2::new(i as f64 + stripe(i).width / 2.0, 30.0);
+            let p = design.pixel(middle);
+            let wanted = PALETTE[stripe(i).color_index].map(|v| (v * 255.0) as u8);
+            assert_eq!(image.at(p.x.round() as usize, p.y.round() as usize), wanted);
+        }
+    }
+
+    #[test]
+    fn too_fine_or_odd_patterns_are_refused_and_turns_recommended() {
+        let params = PatternParams { columns: 600, ..Default::default() };
+        let message = pattern_image(&params).unwrap_err().to_string();
+        assert!(message.contains("600x64") && message.contains("larger image"), "{message}");
+        let params = PatternParams { dot_fraction: 1.5, ..Default::default() };
+        assert!(pattern_image(&params).unwrap_err().to_string().contains("dot_fraction"));
+        assert!((rotation_for_range(8.0) - 7.125).abs() < 1e-3);
+        assert_eq!(rotation_for_range(1.0), 45.0);
+    }
+}

@@ -1,0 +1,164 @@
+use super::*;
+use crate::math::{Mat3, Similarity, Vec3};
+
+/// A bumpy, unsymmetric closed surface, mm.
+fn potato() -> Mesh {
+    let (rings, around) = (50u32, 60u32);
+    let mut mesh = Mesh::default();
+    for i in 0..=rings {
+        let polar = std::f64::consts::PI * f64::from(i) / f64::from(rings);
+        for j in 0..around {
+            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(around);
+            let d = Vec3::new(polar.sin() * turn.sin(), polar.cos(), polar.sin() * turn.cos());
+            let bump = 1.0 + 0.1 * (3.0 * d.x + 1.0).sin() * (4.0 * d.y).cos() + 0.08 * d.z * d.x;
+            mesh.vertices.push(Vec3::new(75.0 * d.x, 110.0 * d.y, 90.0 * d.z) * bump);
+        }
+    }
+    for i in 0..rings {
+        for j in 0..around {
+            let (a, b) = (i * around + j, i * around + (j + 1) % around);
+            mesh.faces.push([a, a + around, b]);
+            mesh.faces.push([b, a + around, b + around]);
+        }
+    }
+    mesh
+}
+
+fn plate(z: f64, half: f64) -> Mesh {
+    Mesh {
+        vertices: vec![
+            Vec3::new(-half, -half, z),
+            Vec3::new(half, -half, z),
+            Vec3::new(half, half, z),
+            Vec3::new(-half, half, z),
+        ],
+        faces: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+fn with(alignment: Alignment) -> CompareParams {
+    CompareParams { alignment, samples: 5000, ..CompareParams::default() }
+}
+
+#[test]
+fn two_plates_are_as_far_apart_as_they_lie() {
+    let (a, b) = (plate(0.0, 10.0), plate(0.7, 20.0));
+    let both = compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::None)).unwrap();
+    let d = both.before.first_to_second;
+    for value in [d.median_mm, d.mean_mm, d.rms_mm, d.p90_mm, d.p99_mm, d.max_mm] {
+        assert!((value - 0.7).abs() < 1e-9, "{value}");
+    }
+    assert_eq!((d.within_1mm, d.points), (1.0, 5000));
+    // three quarters of the larger plate stick out
+    let back = both.before.second_to_first;
+    assert!((back.within_1mm - 0.27).abs() < 0.03 && back.max_mm > 13.0, "{back:?}");
+    assert!(both.after.is_none() && both.vertex_distances.iter().all(|v| (v - 0.7).abs() < 1e-9));
+    let params = CompareParams { reach_mm: Some(0.5), ..with(Alignment::None) };
+    let error = compare(&Side::whole(&a), &Side::whole(&b), &params).unwrap_err().to_string();
+    assert!(error.contains("within 0.5 mm") && error.contains("28.3"), "{error}");
+}
+
+#[test]
+fn a_known_motion_is_found_again() {
+    let first = potato();
+    let motion = Similarity {
+        scale: 1.07,
+        rotation: nalgebra::Rotation3::from_euler_angles(0.15, -0.2, 0.1).into_inner(),
+        translation: Vec3::new(20.0, -14.0, 33.0),
+    };
+    let second = first.transformed(&motion);
+    let sides = (Side::whole(&first), Side::whole(&second));
+    let found = compare(&sides.0, &sides.1, &with(Alignment::Similarity)).unwrap();
+    for v in &first.vertices {
+        assert!((found.second_from_first.apply(v) - motion.apply(v)).norm() < 1e-3);
+    }
+    assert!((found.scale - 1.07).abs() < 1e-5);
+    assert!(found.after.unwrap().second_to_first.max_mm < 1e-3);
+    assert!(found.before.first_to_second.median_mm > 5.0);
+    // without a change of size the rest of 7 % stays
+    let rigid = compare(&sides.0, &sides.1, &with(Alignment::Rigid)).unwrap();
+    assert_eq!(rigid.scale, 1.0);
+    assert!(rigid.after.unwrap().first_to_second.median_mm > 2.0);
+}
+
+#[test]
+fn camera_and_model_frames_and_other_units_come_together() {
+    let first = potato();
+    let turned = Similarity {
+        scale: 0.1,
+        rotation: Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0)),
+        translation: Vec3::new(1.0, 2.0, 130.0),
+    };
+    let second = first.transformed(&turned);
+    let found =
+        compare(&Side::whole(&first), &Side::whole(&second), &with(Alignment::Similarity)).unwrap();
+    assert!((found.scale - 0.1).abs() < 1e-6, "{}", found.scale);
+    assert!(found.after.unwrap().first_to_second.max_mm < 1e-4);
+}
+
+#[test]
+fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
+    let whole = potato();
+    let motion = Similarity::rigid(
+        nalgebra::Rotation3::from_euler_angles(0.05, 0.1, -0.04).into_inner(),
+        Vec3::new(4.0, -3.0, 6.0),
+    );
+    let mut part = whole.clone();
+    // the front, with a knob that is not there on the whole
+    for v in &mut part.vertices {
+        if (*v - Vec3::new(30.0, 60.0, 60.0)).norm() < 22.0 {
+            *v *= 1.15;
+        }
+    }
+    let front: Vec<bool> = part.vertices.iter().map(|v| v.z > -10.0).collect();
+    let moved = part.transformed(&motion.inverse());
+    let side = Side { mesh: &moved, region: Some(&front) };
+    let params = CompareParams { keep: 0.8, ..with(Alignment::Rigid) };
+    let found = compare(&side, &Side::whole(&whole), &params).unwrap();
+    let worst = part
+        .vertices
+        .iter()
+        .map(|v| (found.second_from_first.apply(&motion.inverse().apply(v)) - v).norm())
+        .fold(0.0, f64::max);
+    assert!(worst < 0.3, "{worst}");
+    assert!(found.after.unwrap().first_to_second.median_mm < 0.1);
+    let empty = vec![false; front.len()];
+    let side = Side { mesh: &moved, region: Some(&empty) };
+    assert!(matches!(
+        compare(&side, &Side::whole(&whole), &params),
+        Err(CompareError::Region { which: "first", .. })
+    ));
+}
+
+#[test]
+fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
+    let mut mesh = plate(0.0, 1.0);
+    mesh.vertices.push(Vec3::new(-1.0, -9.0, 0.0));
+    mesh.faces.push([0, 4, 1]); // area 8 beside the plate's 4
+    let samples = sample_surface(&mesh, None, 3000);
+    let below = samples.iter().filter(|s| s.point.y < -1.0).count();
+    assert_eq!(samples.len(), 3000);
+    assert!((below as f64 - 2000.0).abs() < 5.0, "{below}");
+    let mean = samples.iter().filter(|s| s.point.y >= -1.0).map(|s| s.point).sum::<Vec3>() / 1000.0;
+    assert!(mean.norm() < 0.02, "{mean}");
+
+    let (a, b) = (potato(), plate(3.0, 90.0));
+    let run = || compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::Similarity)).unwrap();
+    let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+    let (one, three) = (pool(1).install(run), pool(3).install(run));
+    assert_eq!(one.second_from_first, three.second_from_first);
+    assert_eq!(one.before, three.before);
+    assert_eq!(one.vertex_distances, three.vertex_distances);
+}
+
+#[test]
+fn broken_meshes_are_refused() {
+    let good = plate(0.0, 1.0);
+    let error =
+        compare(&Side::whole(&Mesh::default()), &Side::whole(&good), &with(Alignment::None));
+    assert!(error.unwrap_err().to_string().contains("first mesh"));
+    let mut flat = plate(0.0, 1.0);
+    flat.vertices.iter_mut().for_each(|v| *v = Vec3::zeros());
+    assert!(compare(&Side::whole(&flat), &Side::whole(&good), &with(Alignment::Rigid)).is_err());
+}

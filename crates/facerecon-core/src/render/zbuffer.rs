@@ -1,0 +1,275 @@
+//! The rasteriser: which face is seen at each pixel, where on it, and how far away.
+
+use rayon::prelude::*;
+
+use super::{LARGEST_SIDE, RenderError};
+use crate::camera::Pinhole;
+use crate::data::{Mesh, Raster};
+use crate::math::{Similarity, Vec2, Vec3};
+
+/// Face number of a pixel where nothing is seen.
+pub const NO_FACE: u32 = u32::MAX;
+
+/// Rows a task draws; fixed, so that the work is cut the same way for any number of threads.
+const BAND: usize = 32;
+/// Slack of the inside test in barycentric units: neighbours leave no crack along their edge.
+const SLACK: f64 = 1e-9;
+/// The near plane as a fraction of the farthest vertex' depth.
+const NEAR: f64 = 1e-4;
+
+/// What a camera sees of a mesh, one value a pixel centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Buffers {
+    /// Depth along the camera's z axis, in the unit of the mesh (mm); infinite where nothing is.
+    pub depth_mm: Raster<f32>,
+    /// Number of the face, or [`NO_FACE`].
+    pub face: Raster<u32>,
+    /// Perspective-correct barycentric weights of the face's corners.
+    pub barycentric: Raster<[f32; 3]>,
+}
+
+/// A face on the screen, cut at the near plane where it had to be.
+struct Screen {
+    face: u32,
+    corner: [Vec2; 3],
+    inverse_depth: [f64; 3],
+    /// Weights of the face's own corners at the three corners of a cut piece.
+    weights: Option<Box<[[f64; 3]; 3]>>,
+    rows: (usize, usize),
+}
+
+/// The camera whose picture is `factor` times as fine, pixel areas subdivided evenly.
+pub fn supersampled(camera: &Pinhole, factor: usize) -> Pinhole {
+    let s = factor as f64;
+    Pinhole {
+        fx: camera.fx * s,
+        fy: camera.fy * s,
+        // pixel centres are at integers, so the picture's corner is at -0.5
+        cx: (camera.cx + 0.5) * s - 0.5,
+        cy: (camera.cy + 0.5) * s - 0.5,
+        distortion: camera.distortion,
+    }
+}
+
+/// Draws a mesh into depth, face and barycentric buffers of `size` = (width, height) pixels.
+/// Faces are seen from both sides; of equal depths the lower face number wins. Lens distortion
+/// moves the corners, edges between them stay straight.
+///
+/// # Errors
+/// [`RenderError`] for an invalid mesh, size or camera.
+pub fn rasterize(
+    mesh: &Mesh,
+    camera: &Pinhole,
+    camera_from_mesh: &Similarity,
+    size: (usize, usize),
+) -> Result<Buffers, RenderError> {
+    mesh.validate()?;
+    let (width, height) = size;
+    if width == 0 || height == 0 || width > LARGEST_SIDE || height > LARGEST_SIDE {
+        return Err(RenderError::Size { width, height });
+    }
+    if !camera.is_plausible() {
+        return Err(RenderError::Camera);
+    }
+    let vertices: Vec<Vec3> = mesh.vertices.par_iter().map(|v| camera_from_mesh.apply(v)).collect();
+    let triangles = screen_triangles(mesh, &vertices, camera, size);
+
+    let mut bins = vec![Vec::new(); height.div_ceil(BAND)];
+    for (index, triangle) in triangles.iter().enumerate() {
+        for bin in &mut bins[triangle.rows.0 / BAND..=triangle.rows.1 / BAND] {
+            bin.push(index as u32);
+        }
+    }
+
+    let mut depth = Raster::filled(width, height, f32::INFINITY);
+    let mut face = Raster::filled(width, height, NO_FACE);
+    let mut barycentric = Raster::filled(width, height, [0.0f32; 3]);
+    depth
+        .data_mut()
+        .par_chunks_mut(width * BAND)
+        .zip(face.data_mut().par_chunks_mut(width * BAND))
+        .zip(barycentric.data_mut().par_chunks_mut(width * BAND))
+        .zip(bins.par_iter())
+        .enumerate()
+        .for_each(|(band, (((depth, face), barycentric), bin))| {
+            for &index in bin {
+                draw(&triangles[index as usize], band * BAND, width, depth, face, barycentric);
+            }
+        });
+    Ok(Buffers { depth_mm: depth, face, barycentric })
+}
+
+fn screen_triangles(
+    mesh: &Mesh,
+    vertices: &[Vec3],
+    camera: &Pinhole,
+    size: (usize, usize),
+) -> Vec<Screen> {
+    let farthest = vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+    let near = (farthest * NEAR).max(1e-9);
+    let pixels: Vec<Option<Vec2>> =
+        vertices.par_iter().map(|v| if v.z < near { None } else { pixel(camera, v) }).collect();
+    mesh.faces
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(number, corners)| {
+            let face = number as u32;
+            let points = corners.map(|i| vertices[i as usize]);
+            let seen = corners.map(|i| pixels[i as usize]);
+            let behind = points.iter().filter(|p| p.z < near).count();
+            let pieces: Vec<Screen> = match (seen, behind) {
+                ([Some(a), Some(b), Some(c)], 0) => {
+                    place(face, [a, b, c], points.map(|p| 1.0 / p.z), None, size)
+                        .into_iter()
+                        .collect()
+                }
+                (_, 1 | 2) => clipped(face, &points, near, camera, size),
+                _ => Vec::new(),
+            };
+            pieces
+        })
+        .collect()
+}
+
+/// Pixel of a point in front of the camera; `None` where the lens model folds back on itself and
+/// would draw far outside points into the picture.
+fn pixel(camera: &Pinhole, point: &Vec3) -> Option<Vec2> {
+    let pixel = camera.project(point)?;
+    if !camera.distortion.is_none() {
+        let back = camera.ray(pixel);
+        let n = Vec2::new(point.x / point.z, point.y / point.z);
+        if !((back.xy() - n).norm() < 1e-6 * (1.0 + n.norm())) {
+            return None;
+        }
+    }
+    Some(pixel)
+}
+
+/// Cuts a face at the near plane (Sutherland and Hodgman 1974) into one or two triangles.
+fn clipped(
+    face: u32,
+    points: &[Vec3; 3],
+    near: f64,
+    camera: &Pinhole,
+    size: (usize, usize),
+) -> Vec<Screen> {
+    let mut polygon: Vec<[f64; 3]> = Vec::with_capacity(4);
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        let (a, b) = (points[i].z, points[j].z);
+        let mut corner = [0.0; 3];
+        if a >= near {
+            corner[i] = 1.0;
+            polygon.push(corner);
+        }
+        if (a >= near) != (b >= near) {
+            let t = (near - a) / (b - a);
+            let mut cut = [0.0; 3];
+            cut[i] = 1.0 - t;
+            cut[j] = t;
+            polygon.push(cut);
+        }
+    }
+    let at = |w: &[f64; 3]| points[0] * w[0] + points[1] * w[1] + points[2] * w[2];
+    (2..polygon.len())
+        .filter_map(|k| {
+            let weights = [polygon[0], polygon[k - 1], polygon[k]];
+            let [p, q, r] = weights.map(|w| at(&w));
+            let corners = [pixel(camera, &p)?, pixel(camera, &q)?, pixel(camera, &r)?];
+            let inverse = [1.0 / p.z, 1.0 / q.z, 1.0 / r.z];
+            place(face, corners, inverse, Some(Box::new(weights)), size)
+        })
+        .collect()
+}
+
+/// A triangle on the screen, or `None` when it has no area or lies outside.
+fn place(
+    face: u32,
+    corner: [Vec2; 3],
+    inverse_depth: [f64; 3],
+    weights: Option<Box<[[f64; 3]; 3]>>,
+    (width, height): (usize, usize),
+) -> Option<Screen> {
+    let low = corner[0].inf(&corner[1]).inf(&corner[2]);
+    let high = corner[0].sup(&corner[1]).sup(&corner[2]);
+    let inside = high.x >= 0.0
+        && high.y >= 0.0
+        && low.x <= (width - 1) as f64
+        && low.y <= (height - 1) as f64;
+    let area = double_area(&corner);
+    if !inside || !area.is_finite() || area.abs() < 1e-12 {
+        return None;
+    }
+    let first = low.y.max(0.0).ceil() as usize;
+    let last = high.y.min((height - 1) as f64).floor() as usize;
+    (first <= last).then_some(Screen { face, corner, inverse_depth, weights, rows: (first, last) })
+}
+
+fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {
+    (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+}
+
+/// Draws the part of a triangle that lies in the band starting at row `top`.
+fn draw(
+    t: &Screen,
+    top: usize,
+    width: usize,
+    depth: &mut [f32],
+    face: &mut [u32],
+    barycentric: &mut [[f32; 3]],
+) {
+    let [a, b, c] = t.corner;
+    let area = double_area(&t.corner);
+    // the three weights are linear in the offset from a
+    let step = [(b.y - c.y) / area, (c.y - a.y) / area, (a.y - b.y) / area];
+    let bottom = top + depth.len() / width;
+    for y in t.rows.0.max(top)..=t.rows.1.min(bottom - 1) {
+        let dy = y as f64 - a.y;
+        let w1 = -dy * (c.x - a.x) / area;
+        let w2 = dy * (b.x - a.x) / area;
+        let start = [1.0 - w1 - w2, w1, w2];
+        let Some((first, last)) = span(&start, &step, a.x, width) else { continue };
+        let row = (y - top) * width;
+        for x in first..=last {
+            let dx = x as f64 - a.x;
+            let w = [start[0] + step[0] * dx, start[1] + step[1] * dx, start[2] + step[2] * dx];
+            // 1/z is linear on the screen, and so is weight/z
+            let scaled = [
+                w[0].max(0.0) * t.inverse_depth[0],
+                w[1].max(0.0) * t.inverse_depth[1],
+                w[2].max(0.0) * t.inverse_depth[2],
+            ];
+            let inverse = scaled[0] + scaled[1] + scaled[2];
+            let z = (1.0 / inverse) as f32;
+            if z < depth[row + x] {
+                depth[row + x] = z;
+                face[row + x] = t.face;
+                let own = scaled.map(|s| s / inverse);
+                let weights = match &t.weights {
+                    None => own,
+                    Some(cut) => {
+                        [0, 1, 2].map(|i| (0..3).map(|piece| own[piece] * cut[piece][i]).sum())
+                    }
+                };
+                barycentric[row + x] = weights.map(|v: f64| v as f32);
+            }
+        }
+    }
+}
+
+/// First and last pixel of a row whose three weights are all at least zero.
+fn span(start: &[f64; 3], step: &[f64; 3], origin: f64, width: usize) -> Option<(usize, usize)> {
+    let (mut low, mut high) = (0.0f64, (width - 1) as f64);
+    for i in 0..3 {
+        let bound = origin + (-SLACK - start[i]) / step[i];
+        if step[i] > 0.0 {
+            low = low.max(bound);
+        } else if step[i] < 0.0 {
+            high = high.min(bound);
+        } else if start[i] < -SLACK {
+            return None;
+        }
+    }
+    let (first, last) = (low.ceil(), high.floor());
+    (first <= last).then_some((first as usize, last as usize))
+}
