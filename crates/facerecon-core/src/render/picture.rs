@@ -74,6 +74,8 @@ pub(super) struct Studio<'a> {
     mode: Mode,
     normals: Vec<Vec3>,
     openness: Vec<f64>,
+    /// Value at the end of the heat map's scale.
+    limit: f64,
     linear: [f64; 256],
 }
 
@@ -90,7 +92,8 @@ impl<'a> Studio<'a> {
             _ => ambient_openness(scene.mesh)?,
         };
         let normals = scene.mesh.vertex_normals();
-        Ok(Self { scene: *scene, mode, normals, openness, linear: linear_table() })
+        let limit = scene.heat.map_or(1.0, |h| h.limit());
+        Ok(Self { scene: *scene, mode, normals, openness, limit, linear: linear_table() })
     }
 
     /// Focal length at which the mesh fills the picture.
@@ -115,7 +118,7 @@ impl<'a> Studio<'a> {
         let camera = framing.camera(focal_px.unwrap_or_else(|| framing.focal_px(room)), room);
         let mut image = self.draw(&camera, &framing.camera_from_mesh, size)?;
         if let (true, Some(heat)) = (legend, &self.scene.heat) {
-            draw_legend(&mut image, heat.limit(), heat.unit);
+            draw_legend(&mut image, self.limit, heat.unit);
         }
         Ok(image)
     }
@@ -175,7 +178,7 @@ impl<'a> Studio<'a> {
             Mode::Shaded => Vec3::from(PLASTER),
             Mode::Wireframe => Vec3::new(0.86, 0.87, 0.88),
             Mode::Heat => self.scene.heat.map_or(Vec3::zeros(), |heat| {
-                let color = heat_color(mix(&|i| heat.values[i]) / heat.limit());
+                let color = heat_color(mix(&|i| heat.values[i]) / self.limit);
                 from_rgb(color, &self.linear) * 1.25
             }),
         };
