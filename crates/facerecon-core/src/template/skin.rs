@@ -212,7 +212,7 @@ impl Skin {
             let r = (x - cx).hypot(p.y - cy);
             let vein = self.grain(p, 1.4);
             let corner = step(6.5, 14.5, r);
-            let white = mix([0.60, 0.56, 0.53], [0.50, 0.33, 0.29], 0.75 * corner + 0.06 * vein);
+            let white = mix([0.50, 0.465, 0.44], [0.42, 0.28, 0.245], 0.75 * corner + 0.06 * vein);
             // In the shade of the lid.
             let shade = 0.55 + 0.45 * step(0.0, 3.2, up - p.y);
             let angle = (p.y - cy).atan2(p.x - cx * p.x.signum());
