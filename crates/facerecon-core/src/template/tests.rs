@@ -180,12 +180,12 @@ fn dimensions_are_adult_norms() {
             - values.iter().copied().fold(f64::MAX, f64::min)
     };
     let skull = |p: &&Vec3| p.y > 38.0;
-    let cheeks = |p: &&Vec3| p.z > 15.0 && p.y.abs() < 25.0;
+    let cheeks = |p: &&Vec3| p.z > 15.0 && p.y.abs() < 5.0;
     // Above, the ear stands out from the skull; below, from the narrower jaw.
     let ear = |p: &&Vec3| (p.x > 78.0 && p.y < 40.0) || (p.x > 70.5 && p.y < -12.0);
     let vertex = v.iter().map(|p| p.y).fold(f64::MIN, f64::max);
     let checks = [
-        ("bizygomatic", extent(&cheeks, &|p| p.x), 137.0, 8.0),
+        ("bizygomatic", extent(&cheeks, &|p| p.x), 137.0, 4.0),
         ("sellion to chin", width("nose_saddle", "chin"), 115.0, 6.0),
         ("nose width", width("ala_left", "ala_right"), 35.0, 3.0),
         ("mouth width", width("mouth_left", "mouth_right"), 52.0, 3.0),
