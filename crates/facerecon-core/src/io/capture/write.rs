@@ -1,0 +1,84 @@
+//! Writing a capture folder.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use super::FILE_NAME;
+use crate::data::{Capture, Pair, PatternKind};
+use crate::io::{IoError, atomic, write_calibration, write_png};
+
+/// Writes a capture as a folder that [`super::read_capture`] reads: the photos as 8-bit PNG,
+/// `calibration.yml` when there is a rig, and `capture.toml` last. Returns the path of that file.
+///
+/// # Errors
+/// [`IoError::Write`].
+pub fn write_capture(folder: &Path, capture: &Capture) -> Result<PathBuf, IoError> {
+    let mut text = String::from("[images]\n");
+    let mut photo = |key: &str, name: &str, photo: &crate::data::Photo| {
+        let _ = writeln!(text, "{key} = \"{name}\"");
+        write_png(&folder.join(name), &photo.rgb)
+    };
+    photo("left", "left_dots.png", &capture.left)?;
+    photo("right", "right_dots.png", &capture.right)?;
+    if let Some([left, right]) = &capture.plain {
+        photo("left_texture", "left_plain.png", left)?;
+        photo("right_texture", "right_plain.png", right)?;
+    }
+    for (i, extra) in capture.extra.iter().enumerate() {
+        let name = format!("extra_{}_plain.png", i + 1);
+        write_png(&folder.join(&name), &extra.photo.rgb)?;
+        let row = |m: &crate::math::Mat3, r: usize| {
+            format!("[{:?}, {:?}, {:?}]", m[(r, 0)], m[(r, 1)], m[(r, 2)])
+        };
+        let rows = |m: &crate::math::Mat3| format!("[{}, {}, {}]", row(m, 0), row(m, 1), row(m, 2));
+        let pose = &extra.camera_from_left;
+        let t = pose.translation;
+        let _ = write!(
+            text,
+            "\n[[images.extra]]\nimage = \"{name}\"\nK = {}\nD = {:?}\nR = {}\nT = [{:?}, {:?}, {:?}]\n",
+            rows(&extra.camera.matrix()),
+            extra.camera.distortion.0,
+            rows(&pose.rotation),
+            t.x,
+            t.y,
+            t.z,
+        );
+    }
+    let pattern = &capture.pattern;
+    let kind = match pattern.kind {
+        PatternKind::Dots => "dots",
+        PatternKind::Stripes => "stripes",
+    };
+    let _ = write!(
+        text,
+        "\n[pattern]\nkind = \"{kind}\"\ncolumns = {}\nrows = {}\nrotation_deg = {:?}\n",
+        pattern.columns,
+        pattern.rows,
+        pattern.rotation.to_degrees(),
+    );
+    if let Some(rig) = &capture.rig {
+        write_calibration(&folder.join("calibration.yml"), rig)?;
+        text += "\n[rig]\ncalibration = \"calibration.yml\"\n";
+    }
+    let pair = |name: &str, p: &Pair| {
+        format!(
+            "{name} = {{ left = [{:?}, {:?}], right = [{:?}, {:?}] }}\n",
+            p.left.x, p.left.y, p.right.x, p.right.y
+        )
+    };
+    if let Some(seeds) = &capture.seeds {
+        text += "\n[seeds]\n";
+        text += &pair("head", &seeds.head);
+        text += &pair("left_ear", &seeds.left_ear);
+        text += &pair("right_ear", &seeds.right_ear);
+    }
+    if !capture.features.is_empty() {
+        text += "\n[landmarks]\n";
+        for (name, p) in &capture.features {
+            text += &pair(name, p);
+        }
+    }
+    let path = folder.join(FILE_NAME);
+    atomic::write(&path, text.as_bytes())?;
+    Ok(path)
+}
