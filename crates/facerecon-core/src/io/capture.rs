@@ -13,7 +13,7 @@ use crate::camera::StereoRig;
 use crate::data::{Capture, ExtraPhoto, FeaturePairs, Pattern, PatternKind, Photo, Seeds};
 use crate::math::{Similarity, Vec2, Vec3};
 pub use text::new_capture_toml;
-use text::{CaptureText, ExtraText, PairText, RigText};
+use text::{CaptureText, ExtraText, RigText};
 pub use write::write_capture;
 
 const MAX_FILE_MB: u64 = 1;

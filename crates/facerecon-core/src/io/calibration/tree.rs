@@ -101,7 +101,10 @@ impl Tree {
             Self::List(items) => items.iter().try_for_each(|i| i.collect(out))?,
             Self::Text(text) => {
                 for word in text.split_whitespace() {
-                    out.push(word.parse().map_err(|_| format!("{word:?} is no number"))?);
+                    // OpenCV writes .Nan and .Inf; both are refused with all that is not finite.
+                    let odd = ["nan", "inf"].contains(&&*word.to_lowercase().replace(['.', '-'], ""));
+                    let value = if odd { Ok(f64::NAN) } else { word.parse() };
+                    out.push(value.map_err(|_| format!("{word:?} is no number"))?);
                 }
             }
             Self::Nothing => {}

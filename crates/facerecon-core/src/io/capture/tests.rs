@@ -95,7 +95,10 @@ fn the_new_file_reads_and_names_every_feature() {
     let on: String = text
         .lines()
         .map(|l| match l.strip_prefix("# ") {
-            Some(rest) if rest.contains(" = ") || rest.starts_with('[') => format!("{rest}\n"),
+            Some(rest)
+                if rest.starts_with('[')
+                    || rest.split_once(" = ").is_some_and(|(key, _)| !key.contains(' ')) =>
+            format!("{rest}\n"),
             _ => format!("{l}\n"),
         })
         .collect();

@@ -110,7 +110,7 @@ fn circles_and_lies_are_refused() {
     assert!(fault(&circle).contains("circle"));
     let count = with_json(|r| r["accessors"][0]["count"] = serde_json::json!(4_000_000_000u64));
     assert!(fault(&count).contains("do not fit"));
-    let view = with_json(|r| r["bufferViews"][0]["byteOffset"] = serde_json::json!(1 << 40));
+    let view = with_json(|r| r["bufferViews"][0]["byteOffset"] = serde_json::json!(1u64 << 40));
     assert!(fault(&view).contains("leaves the file"));
     let few = with_json(|r| r["accessors"][0]["count"] = serde_json::json!(2));
     assert!(fault(&few).contains("beyond"));
