@@ -19,11 +19,13 @@ mod unit;
 pub mod vrml;
 
 pub use calibration::{Calibration, read_calibration, write_calibration};
+pub(crate) use capture::unknown_feature;
 pub use capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture, read_capture_with, write_capture,
 };
 pub use error::{Fault, IoError};
 pub use image::{encode_png, read_photo, read_rgb, write_png};
 pub use mesh::{LoadedMesh, MeshFormat, read_mesh, write_mesh};
+pub(crate) use source::{nearest_name, read_text};
 pub use table::{MatchRow, read_matches, read_points, write_matches};
 pub use unit::LengthUnit;

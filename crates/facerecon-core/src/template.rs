@@ -8,10 +8,12 @@ mod asset;
 mod head;
 #[cfg(test)]
 mod layout;
+mod load;
 #[cfg(test)]
 mod make;
 #[cfg(test)]
 mod mesher;
+pub mod presets;
 mod sculpt;
 mod skin;
 mod subject;
@@ -21,6 +23,10 @@ mod tests;
 mod unwrap;
 
 pub use head::Template;
+pub use load::{
+    LoadedTemplate, TemplateError, landmarks_toml, load_template, resolve, sidecar_path,
+    write_landmarks,
+};
 pub use subject::Subject;
 
 use asset::HalfHead;

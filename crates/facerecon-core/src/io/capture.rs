@@ -12,6 +12,7 @@ use super::{Fault, IoError, read_photo};
 use crate::camera::StereoRig;
 use crate::data::{Capture, ExtraPhoto, FeaturePairs, Pattern, PatternKind, Photo, Seeds};
 use crate::math::{Similarity, Vec2, Vec3};
+pub(crate) use check::unknown_feature;
 pub use text::new_capture_toml;
 use text::{CaptureText, ExtraText, RigText};
 pub use write::write_capture;

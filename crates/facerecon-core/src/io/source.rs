@@ -27,6 +27,11 @@ pub(crate) fn read_bytes(
     Ok(bytes)
 }
 
+/// Reads a short text file.
+pub(crate) fn read_text(path: &Path, what: &'static str) -> Result<String, IoError> {
+    read_bytes(path, what, 1).map(|bytes| decode_text(&bytes))
+}
+
 /// Text that is UTF-8 (with or without a byte order mark) or else Latin-1.
 pub(crate) fn decode_text(bytes: &[u8]) -> String {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);

@@ -102,7 +102,8 @@ impl Tree {
             Self::Text(text) => {
                 for word in text.split_whitespace() {
                     // OpenCV writes .Nan and .Inf; both are refused with all that is not finite.
-                    let odd = ["nan", "inf"].contains(&&*word.to_lowercase().replace(['.', '-'], ""));
+                    let odd =
+                        ["nan", "inf"].contains(&&*word.to_lowercase().replace(['.', '-'], ""));
                     let value = if odd { Ok(f64::NAN) } else { word.parse() };
                     out.push(value.map_err(|_| format!("{word:?} is no number"))?);
                 }

@@ -98,7 +98,9 @@ fn the_new_file_reads_and_names_every_feature() {
             Some(rest)
                 if rest.starts_with('[')
                     || rest.split_once(" = ").is_some_and(|(key, _)| !key.contains(' ')) =>
-            format!("{rest}\n"),
+            {
+                format!("{rest}\n")
+            }
             _ => format!("{l}\n"),
         })
         .collect();

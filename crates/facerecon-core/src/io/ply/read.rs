@@ -119,7 +119,9 @@ fn floats(property: Property) -> Vec<f64> {
 
 fn fault(e: ParseError) -> Fault {
     let message = e.to_string();
-    let first: String = message.lines().next().unwrap_or_default().chars().take(200).collect();
+    // The whole line of the file stands between the place and the reason.
+    let reason = message.rsplit("Error: ").next().unwrap_or_default();
+    let first: String = reason.lines().next().unwrap_or_default().chars().take(200).collect();
     Fault { line: e.line(), message: format!("the PLY is damaged: {first}") }
 }
 
