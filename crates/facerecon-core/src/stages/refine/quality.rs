@@ -9,7 +9,7 @@ use crate::data::{Gray, Raster};
 /// Share of a window's random error that the surface's stiffness leaves, and of the bend that it
 /// smooths away; both measured on rendered heads with known shape.
 const STIFFNESS: f64 = 0.9;
-const FLATTENING: f64 = 0.04;
+const FLATTENING: f64 = 0.06;
 
 /// What makes a hole.
 pub(super) struct Limits {
@@ -57,7 +57,7 @@ pub(super) fn sigma(
         for x in (0..width).filter(|&x| scene.domain.at(x, y) && !hidden.at(x, y)) {
             let [count, info, chi2, agreed] = window[y / size * columns + x / size];
             let misfit2 = chi2 / count.max(1e-9);
-            let random2 = STIFFNESS * STIFFNESS * misfit2.max(1.0) / info.max(1e-12);
+            let random2 = STIFFNESS * STIFFNESS * misfit2.max(1.0) / agreed.max(1e-12);
             let d = |i: usize, j: usize| value.at(i, j);
             let (i, j) = (x.clamp(2, width - 3), y.clamp(2, height - 3));
             let down = 0.25 * (d(i, j + 2) - d(i, j - 2));
