@@ -25,7 +25,7 @@ crate::settings! {
         /// How the mesh is smoothed.
         method: SmoothMethod = SmoothMethod::Laplacian;
         /// Most steps.
-        steps: usize = 5, range 0.0..=10_000.0;
+        steps: usize = 3, range 0.0..=10_000.0;
         /// Smoothing ends once the vertices move less than this in a step, on average, in model
         /// units; 0 takes all steps.
         threshold: f64 = 0.0, range 0.0..=1000.0;

@@ -67,6 +67,8 @@ fn bend(
         (true, true) => -(centres[i].from - centres[j].from).norm(),
         (true, false) => tail(&centres[i].from, j - n),
         (false, true) => tail(&centres[j].from, i - n),
+        // keeps a flat arrangement, which determines no third direction, solvable
+        (false, false) if i == j => -1e-9 * size,
         (false, false) => 0.0,
     });
     let (coefficients, error) = solve(&matrix, &displacements(centres, n + 4));

@@ -26,8 +26,8 @@ pub fn register(
     let index = PointIndex::<3>::new(&input.model.vertices).ok_or(RegisterError::Degenerate)?;
 
     let from_features = params.use_features && input.features.len() >= 3;
-    let first = if from_features {
-        start::from_features(input.features, params.scale)?
+    let (first, start_iterations) = if from_features {
+        (start::from_features(input.features, params.scale)?, 0)
     } else {
         start::from_shape(input, &points, params.scale)?
     };
@@ -44,7 +44,8 @@ pub fn register(
     let run = iterate(&points, input.model, pose, params, observer)?;
     Ok(Registration {
         model_from_data: run.pose,
-        iterations: run.history.len() - 1,
+        iterations: start_iterations + coarse_iterations + run.history.len() - 1,
+        start_iterations,
         coarse_iterations,
         history: run.history,
         termination: run.termination,

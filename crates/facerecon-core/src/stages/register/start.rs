@@ -11,6 +11,9 @@ use crate::spatial::PointIndex;
 
 /// Points looked at while trying starts.
 const SAMPLE: usize = 250;
+/// How many of the best starts are stepped, and how often.
+const FINALISTS: usize = 6;
+const STEPS: usize = 8;
 
 /// Turns camera axes (y down, z forward) into model axes (y up, z toward the viewer).
 pub fn upright(metric: bool) -> Similarity {
@@ -55,7 +58,8 @@ pub fn from_features(
 }
 
 /// A first pose without marks: front against front, from several heights, depths and turns of the
-/// head; the start whose points come closest after a few steps on a sample wins.
+/// head; the start whose points come closest after a few steps on a sample wins. Also gives the
+/// number of steps taken.
 ///
 /// # Errors
 /// [`RegisterError::Degenerate`] when no start can be stepped.
@@ -63,7 +67,7 @@ pub fn from_shape(
     input: &RegisterInput<'_>,
     points: &[Vec3],
     with_scale: bool,
-) -> Result<Similarity, RegisterError> {
+) -> Result<(Similarity, usize), RegisterError> {
     let model = input.coarse.unwrap_or(input.model);
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
     let stride = points.len().div_ceil(SAMPLE).max(1);
@@ -75,19 +79,20 @@ pub fn from_shape(
     // The closest start is often a shallow one: a few steps tell more than the start itself.
     let stepped: Vec<(f64, Similarity)> = tried
         .iter()
-        .take(12)
+        .take(FINALISTS)
         .map(|&(_, i)| {
             let mut pose = starts[i];
-            for _ in 0..12 {
+            for _ in 0..STEPS {
                 pose = step(&sample, &pose, model, &index, with_scale).unwrap_or(pose);
             }
             (score(&sample, &pose, &index), starts[i])
         })
         .collect();
+    let steps = stepped.len() * STEPS;
     stepped
         .into_iter()
         .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, pose)| pose)
+        .map(|(_, pose)| (pose, steps))
         .ok_or(RegisterError::Degenerate)
 }
 

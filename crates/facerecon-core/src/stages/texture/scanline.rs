@@ -77,7 +77,9 @@ fn scan(
             continue;
         }
         let spread = spread(&dots, y, &from, &to, row, (last - first) / 24.0, params.stretches);
-        let (left, right) = to.span(row);
+        let (Some(&(left, _)), Some(&(right, _))) = (spread.first(), spread.last()) else {
+            continue;
+        };
         for x in left.ceil().max(0.0) as usize..=(right.floor().max(0.0) as usize).min(size - 1) {
             let place = interpolate(&spread, x as f64);
             image.set(x, row as usize, sample_line(source.image, place, line));
@@ -87,8 +89,9 @@ fn scan(
     Ok(Sheet { image, seen, region: to })
 }
 
-/// Where on the photo's line each texel of a row lies, as a course of `(texel, pixel)`: from edge to
-/// edge, through the dots near the line.
+/// Where on the photo's line each texel of a row lies, as a course of `(texel, pixel)` from edge to
+/// edge; or, in several stretches, through the dots near the line and no farther than the outermost
+/// of them, since beyond it the wall begins. Empty when too few dots are near.
 fn spread(
     dots: &[Anchor],
     y: f64,
@@ -99,12 +102,23 @@ fn spread(
     stretches: usize,
 ) -> Vec<(f64, f64)> {
     let (pixel, texel) = (from.span(y), to.span(row));
+    if stretches <= 1 {
+        return vec![(texel.0, pixel.0), (texel.1, pixel.1)];
+    }
     let near: Vec<(f64, f64)> = dots
         .iter()
         .filter(|a| (a.photo.y - y).abs() <= reach)
         .map(|a| (a.texel.x, a.photo.x))
+        .filter(|s| s.0 >= texel.0 && s.0 <= texel.1)
         .collect();
-    course((texel.0, pixel.0), (texel.1, pixel.1), &near, stretches)
+    let first = near.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+    let last = near.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+    match (first, last) {
+        (Some(first), Some(last)) if last.0 >= first.0 + 1.0 && last.1 > first.1 => {
+            course(first, last, &near, stretches)
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// Linear interpolation along one line.

@@ -33,7 +33,8 @@ pub fn anchors(
         .collect();
     for _ in 0..3 {
         let misses = misses(&list);
-        let Some(limit) = mad(&misses).map(|m| 5.0 * m.max(1.0)) else {
+        let least = 0.01 * texture_size as f64; // how well the cubic course can hold
+        let Some(limit) = mad(&misses).map(|m| 5.0 * m.max(least)) else {
             break;
         };
         let before = list.len();
@@ -150,18 +151,20 @@ impl Region {
         Ok(Self::new([e.left.texel, e.right.texel, e.top.texel, e.bottom.texel], kind))
     }
 
-    /// A hexagon has its outer corners at the leftmost and rightmost dot; top and bottom edge are
-    /// half as wide as the box, as in a regular one.
+    /// A hexagon has its outer corners at the leftmost and rightmost dot, though never in the upper
+    /// or lower fifth; top and bottom edge are half as wide as the box, as in a regular one.
     fn new([l, r, t, b]: [Vec2; 4], kind: Boundary) -> Self {
         let inset = match kind {
             Boundary::Rectangle => 0.0,
             Boundary::Hexagon => (r.x - l.x) / 4.0,
         };
+        let margin = 0.2 * (b.y - t.y).abs();
+        let (high, low) = (t.y.min(b.y) + margin, b.y.max(t.y) - margin);
         let chain = |outer: Vec2, side: f64| match kind {
             Boundary::Rectangle => vec![Vec2::new(outer.x, t.y), Vec2::new(outer.x, b.y)],
             Boundary::Hexagon => vec![
                 Vec2::new(outer.x + side * inset, t.y),
-                Vec2::new(outer.x, outer.y.clamp(t.y.min(b.y), b.y.max(t.y))),
+                Vec2::new(outer.x, outer.y.clamp(high, low)),
                 Vec2::new(outer.x + side * inset, b.y),
             ],
         };
