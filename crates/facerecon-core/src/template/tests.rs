@@ -1,5 +1,4 @@
 //! The built-in heads: stored part, topology, symmetry, texture layout, dimensions.
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic)] // tests may fail loudly
 
 use super::asset::HalfHead;
 use super::sculpt::{Proportions, Sculpt};
