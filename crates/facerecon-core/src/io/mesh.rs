@@ -123,7 +123,8 @@ fn check_coordinates(mesh: &Mesh) -> Result<(), Fault> {
 }
 
 /// Writes a mesh in the format of the ending: `.obj` (with `.mtl`, and the texture as `.png`
-/// beside it), `.ply`, `.glb` (the texture inside; positions in millimetres, as the mesh) or `.stl`.
+/// beside it), `.ply` (the texture beside it too), `.glb` (the texture inside; positions in
+/// millimetres, as the mesh) or `.stl` (no texture).
 ///
 /// # Errors
 /// [`IoError`] for an ending that cannot be written, a mesh that is not valid, or a full disk.
@@ -131,7 +132,7 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, texture: Option<&Rgb>) -> Result<(),
     mesh.validate().map_err(|source| IoError::Mesh { path: path.to_owned(), source })?;
     match MeshFormat::of_ending(path) {
         Some(MeshFormat::Obj) => obj::write(path, mesh, texture),
-        Some(MeshFormat::Ply) => ply::write_mesh(path, mesh),
+        Some(MeshFormat::Ply) => ply::write_mesh(path, mesh, texture),
         Some(MeshFormat::Glb) => glb::write(path, mesh, texture),
         Some(MeshFormat::Stl) => stl::write(path, mesh),
         Some(MeshFormat::Vrml) | None => Err(IoError::Ending {

@@ -30,7 +30,7 @@ pub fn encode(mesh: &Mesh, material_file: Option<&str>) -> String {
     // About what a vertex, a texture coordinate and a face take.
     let mut out =
         String::with_capacity(64 * (mesh.vertices.len() + mesh.uvs.len() + mesh.faces.len()));
-    out += "# facerecon: x right, y up, z toward the viewer; vt origin at the lower left\n";
+    out += "# facerecon\n";
     if let Some(name) = material_file {
         let _ = write!(out, "mtllib {name}\nusemtl face\n");
     }

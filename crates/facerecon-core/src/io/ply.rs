@@ -4,8 +4,8 @@ mod read;
 
 use std::path::Path;
 
-use super::{IoError, atomic};
-use crate::data::{Cloud, Mesh};
+use super::{IoError, atomic, write_png};
+use crate::data::{Cloud, Mesh, Rgb};
 use crate::math::Vec3;
 pub use read::{decode, decode_cloud};
 
@@ -102,12 +102,21 @@ pub fn write_cloud(path: &Path, cloud: &Cloud, comment: &str) -> Result<(), IoEr
     atomic::write(path, &encode_cloud(cloud, comment))
 }
 
-/// Writes a mesh without its texture picture; see [`encode_mesh`].
+/// Writes a mesh; see [`encode_mesh`]. With a texture also `NAME.png` beside it, which the header
+/// names (`comment TextureFile`).
 ///
 /// # Errors
 /// [`IoError::Write`].
-pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<(), IoError> {
-    atomic::write(path, &encode_mesh(mesh, "facerecon"))
+pub fn write_mesh(path: &Path, mesh: &Mesh, texture: Option<&Rgb>) -> Result<(), IoError> {
+    let mut comment = String::from("facerecon");
+    if let Some(texture) = texture {
+        let picture = path.with_extension("png");
+        write_png(&picture, texture)?;
+        let name =
+            picture.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        comment += &format!("\nTextureFile {name}");
+    }
+    atomic::write(path, &encode_mesh(mesh, &comment))
 }
 
 #[cfg(test)]

@@ -194,8 +194,8 @@ fn built_in(name: &str, template: Template) -> LoadedTemplate {
 }
 
 /// Loads a mesh file as a template. The unit comes from `unit`, else the sidecar
-/// (`NAME.landmarks.toml`), else the preset, else the format itself (GLB); features from the sidecar
-/// where it has any, else from the preset; what is kept, too.
+/// (`NAME.landmarks.toml`), else the preset; GLB states its own. What is kept comes from the sidecar
+/// or else from the preset; features from both, the sidecar's counting.
 ///
 /// # Errors
 /// [`TemplateError`] with what was found and what to do.
@@ -238,16 +238,9 @@ pub fn load_template(
     if cropped.mesh.validate().is_err() {
         return Err(TemplateError::NothingKept { path: path.into(), vertices: count });
     }
-    let landmarks = if side.landmarks.is_empty() {
-        preset
-            .map(|p| p.landmarks)
-            .unwrap_or_default()
-            .iter()
-            .map(|&(n, i)| (n.to_owned(), i))
-            .collect()
-    } else {
-        side.landmarks
-    };
+    let known = preset.map_or(&[][..], |p| p.landmarks);
+    let mut landmarks: Landmarks = known.iter().map(|&(n, i)| (n.to_owned(), i)).collect();
+    landmarks.extend(side.landmarks);
     let place = if side_path.exists() { &side_path } else { path };
     let landmarks = renumber(landmarks, count, &cropped.place_of, place)?;
     let template = Template { mesh: cropped.mesh, landmarks };

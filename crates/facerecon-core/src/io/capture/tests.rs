@@ -251,6 +251,22 @@ fn no_path_leaves_the_folder() {
     assert!(read_capture_with(Some(&inner), &given).is_ok());
 }
 
+/// The captures of `FACERECON_CAPTURES`, where that is set.
+#[test]
+fn real_captures_are_read() {
+    let Ok(folder) = std::env::var("FACERECON_CAPTURES") else { return };
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.join("capture.toml").is_file() {
+            let found = read_capture(&path).unwrap();
+            assert_eq!(found.warnings, Vec::<String>::new(), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 0, "no capture in FACERECON_CAPTURES");
+}
+
 proptest! {
     #[test]
     fn no_text_panics(text in "[a-z_\\[\\]={},.\"0-9 \n-]{0,200}", at in 0usize..2000) {

@@ -76,6 +76,21 @@ fn the_container_is_well_formed() {
     assert_eq!(position["max"], serde_json::json!([70.0, 110.25, 40.0]));
 }
 
+/// The other reader there is accepts the file and finds the same corners.
+#[test]
+fn the_gltf_crate_reads_the_same() {
+    let bytes = encode(&mesh(), Some(&encode_png(&Rgb::filled(4, 4, [9; 3])).unwrap()));
+    let twin = gltf::Gltf::from_slice(&bytes).unwrap();
+    let node = twin.nodes().next().unwrap();
+    assert_eq!(node.transform().decomposed().2, [0.001; 3]);
+    let primitive = node.mesh().unwrap().primitives().next().unwrap();
+    let position = primitive.get(&gltf::Semantic::Positions).unwrap();
+    assert_eq!(position.count(), 5);
+    assert_eq!(primitive.indices().unwrap().count(), 6);
+    let texture = primitive.material().pbr_metallic_roughness().base_color_texture().unwrap();
+    assert_eq!(texture.tex_coord(), 0);
+}
+
 fn with_json(change: impl Fn(&mut Value)) -> Vec<u8> {
     let bytes = encode(&mesh(), None);
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;

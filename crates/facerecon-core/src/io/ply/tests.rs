@@ -38,8 +38,10 @@ fn clouds_and_meshes_come_back_exactly() {
     let bare = Cloud::from_points(cloud().points);
     assert_eq!(decode_cloud(&encode_cloud(&bare, "")).unwrap(), bare);
     let path = dir.path().join("mesh.ply");
-    crate::io::write_mesh(&path, &mesh(), None).unwrap();
-    assert_eq!(read_mesh(&path).unwrap().mesh, mesh());
+    let texture = Rgb::filled(4, 4, [1, 2, 3]);
+    crate::io::write_mesh(&path, &mesh(), Some(&texture)).unwrap();
+    let back = read_mesh(&path).unwrap();
+    assert_eq!((back.mesh, back.texture), (mesh(), Some(texture)));
 }
 
 const ASCII: &str = "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nelement vertex 4\n\

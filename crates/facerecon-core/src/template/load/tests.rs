@@ -115,6 +115,17 @@ fn names_resolve() {
     assert!(error("nothing.obj", None).contains("nothing.obj"));
     let (_dir, path) = with_side(&strip(40, 22.0), None);
     assert!(error("ict", Some(&path)).contains("26719"));
+    // What the sidecar says is added to what the preset knows.
+    let side = "[landmarks]\near_left_upper = 127\nchin = 152\n";
+    let (_dir, path) = with_side(&strip(468, 17.6), Some(side));
+    let marked = load_template(&path, preset("flame"), None).unwrap_err();
+    assert!(matches!(marked, TemplateError::VertexCount { .. }));
+    let mut narrow = strip(468, 17.6);
+    narrow.vertices[263].x += 8.0;
+    let (_dir, path) = with_side(&narrow, Some(side));
+    let marks = load_template(&path, preset("mediapipe"), None);
+    let marks = marks.map(|t| t.template.landmarks).unwrap_or_default();
+    assert_eq!((marks.len(), marks.get("chin"), marks.get("nose_tip")), (15, Some(&152), Some(&4)));
     // The file of a preset: the body's uppermost 320 mm.
     let mut body = strip(13_380, 17.0);
     body.vertices.iter_mut().for_each(|v| v.x *= 0.1);
