@@ -1,10 +1,12 @@
 //! Transforms, least-squares fits and robust statistics. Floor 0.
 
 mod fit;
+mod planes;
 mod robust;
 mod transform;
 
 pub use fit::{fit_line, fit_similarity};
+pub use planes::{PlanePair, fit_to_planes};
 pub use robust::{mad, median, percentile};
 pub use transform::Similarity;
 

@@ -1,5 +1,6 @@
 //! Stage deform: bend the generic head to the points (thesis chapter 4).
 
+mod nicp;
 mod rbf;
 mod rbf_biharmonic;
 mod rbf_gaussian;
@@ -8,6 +9,8 @@ mod rbf_linear;
 use crate::data::{Cloud, Mesh, MeshError};
 use crate::math::Vec3;
 use crate::observer::Observer;
+
+pub use nicp::NicpParams;
 
 crate::choices! {
     /// How the generic head is bent.
@@ -18,6 +21,9 @@ crate::choices! {
         LinearRbf = "linear-rbf",
         /// Regularised biharmonic splines with an affine part (Carr et al. 2001).
         BiharmonicRbf = "biharmonic-rbf",
+        /// Robust non-rigid ICP to all points, with the head subdivided where they are dense
+        /// (after Amberg et al. 2007).
+        Nicp = "nicp",
     }
 }
 
@@ -39,6 +45,8 @@ crate::settings! {
         /// Radial basis functions: most centres; above it the points are thinned evenly. Time grows
         /// with the cube of it.
         max_centres: usize = 3000, range 4.0..=6000.0;
+        /// The non-rigid ICP's own parameters.
+        nicp: NicpParams = NicpParams::default();
     }
 }
 
@@ -58,7 +66,7 @@ pub struct DeformInput<'a> {
 /// A bent head.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deformed {
-    /// The template with new vertex positions.
+    /// The template with new vertex positions; vertices that non-rigid ICP adds come after its own.
     pub mesh: Mesh,
     /// Points the fit rests on.
     pub centres: usize,
@@ -114,6 +122,12 @@ pub enum DeformError {
         /// Relative error of the solution found.
         error: f64,
     },
+    /// Sparse equations without a solution.
+    #[error("the thin plate could not be solved ({reason}); is the generic head one sound surface?")]
+    Plate {
+        /// In the solver's words.
+        reason: String,
+    },
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -138,6 +152,7 @@ pub fn deform(
     match params.method {
         DeformMethod::GaussianRbf => rbf_gaussian::deform(input, params),
         DeformMethod::LinearRbf => rbf_linear::deform(input, params),
+        DeformMethod::Nicp => nicp::deform(input, params, observer),
         DeformMethod::BiharmonicRbf => rbf_biharmonic::deform(input, params, observer),
     }
 }

@@ -2,6 +2,7 @@
 
 mod besl;
 mod quaternion;
+mod robust;
 mod start;
 
 use crate::data::{Cloud, Mesh, MeshError};
@@ -11,12 +12,15 @@ use crate::spatial::PointIndex;
 
 pub use crate::spatial::eliminate_multiple;
 pub use quaternion::fit_quaternion;
+pub use robust::RobustParams;
 
 crate::choices! {
     /// How the points are brought to the generic head.
     pub enum RegisterMethod {
         /// Point-to-point ICP with unit quaternions (Besl and McKay 1992; thesis Eq. 3.1-3.8).
         Besl = "besl",
+        /// Many starts, trimmed point-to-plane ICP on the surface; needs no landmarks.
+        Robust = "robust",
     }
 }
 
@@ -42,6 +46,8 @@ crate::settings! {
         /// A fit whose typical pair (root mean square of the closest 80 %) is farther apart than
         /// this, as a fraction of the head's height, is refused.
         max_residual: f64 = 0.05, range 0.001..=1.0;
+        /// The robust method's own parameters.
+        robust: RobustParams = RobustParams::default();
     }
 }
 
@@ -171,6 +177,16 @@ pub enum RegisterError {
         /// Greatest that is accepted.
         limit: f64,
     },
+    /// Most points are not of the head.
+    #[error(
+        "the points do not fit the head: only {inlier_percent:.0} % come to lie near it, at least {expected_percent:.0} % are needed; are pattern, calibration and the order left/right those of these photos?"
+    )]
+    NotTheHead {
+        /// Points near the head.
+        inlier_percent: f64,
+        /// Wanted.
+        expected_percent: f64,
+    },
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -205,6 +221,7 @@ pub fn register(
     }
     let found = match params.method {
         RegisterMethod::Besl => besl::register(input, params, observer)?,
+        RegisterMethod::Robust => robust::register(input, params, observer)?,
     };
     judge(&found, input.model, params)?;
     Ok(found)
