@@ -132,7 +132,7 @@ fn resize(
     let mut template_from_data = Similarity::identity();
     for _ in 0..12 {
         let placed: Vec<Point> = few.iter().map(|p| p.transformed(&template_from_data)).collect();
-        let found = matcher.find(&placed, params.reach_mm);
+        let found = matcher.find(&placed, params.reach_mm, calm(params.reach_mm));
         enough(found.len())?;
         let Some(step) = fit_to_planes(&matching::planes(&found), 0.02, true) else { break };
         let next = step.compose(&template_from_data);

@@ -32,7 +32,7 @@ pub(super) fn refine(
     let mut height = vec![0.0; base.vertices.len()];
     let mut rms = 0.0;
     for smoothing in ROUNDS {
-        let found = Matcher::new(mesh, gate)?.find(points, REACH_MM);
+        let found = Matcher::new(mesh, gate)?.find(points, REACH_MM, super::calm(smoothing * params.detail_mm));
         let mut measured = vec![false; base.vertices.len()];
         let counted = found.iter().filter(|f| f.weight > 0.05);
         counted.flat_map(|f| f.corners).for_each(|v| measured[v] = true);

@@ -1,12 +1,12 @@
 //! Which point of the surface each measured point belongs to, and how much it counts.
 
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use super::super::DeformError;
 use super::NicpParams;
 use crate::data::{Cloud, Mesh, Topology};
-use crate::math::{PlanePair, Similarity, Vec3, median};
+use crate::math::{PlanePair, Similarity, Vec3, mad, median};
 use crate::spatial::SurfaceIndex;
 
 /// A measured point; the normal is zero where unknown.
@@ -16,6 +16,8 @@ pub(super) struct Point {
     pub normal: Vec3,
     /// Weight from the point's own uncertainty; 1 for the typical point.
     pub weight: f64,
+    /// Cell of space it lies in, for comparing it with its neighbours.
+    pub cell: u32,
 }
 
 impl Point {
@@ -33,6 +35,7 @@ impl Point {
                 at: data.points[i],
                 normal: if data.normals.len() == n { data.normals[i] } else { Vec3::zeros() },
                 weight: (typical / sigma(i)).powi(2).clamp(0.02, 4.0),
+                cell: 0,
             })
             .filter(|p| p.at.iter().chain(p.normal.iter()).all(|c| c.is_finite()))
             .collect()
@@ -42,7 +45,7 @@ impl Point {
         Self {
             at: target_from_source.apply(&self.at),
             normal: target_from_source.rotate(&self.normal),
-            weight: self.weight,
+            ..*self
         }
     }
 }
@@ -50,38 +53,61 @@ impl Point {
 /// About `count` points, evenly over space: one in each cell of a grid as fine as needed.
 pub(super) fn thin(points: &[Point], count: usize) -> Vec<Point> {
     if points.len() <= count {
-        return points.to_vec();
+        return in_cells(points.to_vec());
     }
-    let pick = |cell: f64| {
-        let mut seen = BTreeSet::new();
-        let key = |p: &Point| p.at.map(|c| (c / cell).floor() as i64);
-        let first = |p: &&Point| {
-            let k = key(p);
-            seen.insert([k.x, k.y, k.z])
-        };
-        points.iter().filter(first).copied().collect::<Vec<_>>()
-    };
-    let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |a, p| a.inf(&p.at));
-    let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, p| a.sup(&p.at));
-    // Cells on a surface: their number goes with the square of the length.
-    let mut cell = ((high - low).norm() / (count as f64).sqrt()).max(1e-9);
+    let mut cell = cell_for(points, 1.0) * (points.len() as f64 / count as f64).sqrt();
     for _ in 0..3 {
-        let got = thin_count(&pick(cell));
+        let got = occupied(points, cell).1.len() as f64;
+        // cells on a surface: their number goes with the square of the length
         cell *= (got / count as f64).sqrt().clamp(0.3, 3.0);
     }
-    pick(cell)
-}
-
-fn thin_count(points: &[Point]) -> f64 {
-    points.len().max(1) as f64
+    in_cells(occupied(points, cell).1.iter().map(|&i| points[i]).collect())
 }
 
 /// At most `count` points, evenly over the list.
 pub(super) fn thin_evenly(points: &[Point], count: usize) -> Vec<Point> {
     if points.len() <= count {
-        return points.to_vec();
+        return in_cells(points.to_vec());
     }
-    (0..count).map(|k| points[k * points.len() / count]).collect()
+    in_cells((0..count).map(|k| points[k * points.len() / count]).collect())
+}
+
+/// Points that count as one another's neighbours, about.
+const NEIGHBOURHOOD: f64 = 20.0;
+
+fn in_cells(mut points: Vec<Point>) -> Vec<Point> {
+    let mut cell = cell_for(&points, NEIGHBOURHOOD);
+    for _ in 0..3 {
+        let got = points.len() as f64 / occupied(&points, cell).1.len().max(1) as f64;
+        cell *= (NEIGHBOURHOOD / got).sqrt().clamp(0.3, 3.0);
+    }
+    let (cells, _) = occupied(&points, cell);
+    points.iter_mut().zip(cells).for_each(|(p, c)| p.cell = c);
+    points
+}
+
+/// First guess at the cell that holds `count` points of a surface.
+fn cell_for(points: &[Point], count: f64) -> f64 {
+    let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |a, p| a.inf(&p.at));
+    let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, p| a.sup(&p.at));
+    let size = if points.is_empty() { 1.0 } else { (high - low).norm() };
+    (0.6 * size * (count / points.len().max(1) as f64).sqrt()).max(1e-9)
+}
+
+/// The cell of each point, counted from 0 in their order, and the first point of each cell.
+fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
+    let mut seen: BTreeMap<[i64; 3], u32> = BTreeMap::new();
+    let mut first = Vec::new();
+    let mut cells = Vec::with_capacity(points.len());
+    for (i, p) in points.iter().enumerate() {
+        let k = p.at.map(|c| (c / cell).floor() as i64);
+        let id = *seen.entry([k.x, k.y, k.z]).or_insert_with(|| {
+            first.push(i);
+            first.len() as u32 - 1
+        });
+        cells.push(id);
+    }
+    (cells, first)
 }
 
 /// What a match must satisfy.
@@ -106,7 +132,6 @@ impl Gate {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub data: Vec3,
-    pub face: usize,
     pub corners: [usize; 3],
     pub barycentric: [f64; 3],
     pub foot: Vec3,
@@ -114,6 +139,8 @@ pub(super) struct Found {
     pub normal: Vec3,
     /// Weight from uncertainty and fit.
     pub weight: f64,
+    /// Cell of the measured point.
+    pub cell: u32,
 }
 
 /// Finds matches on one state of the mesh.
@@ -134,9 +161,9 @@ impl<'a> Matcher<'a> {
         Ok(Self { mesh, gate, index, normals: mesh.vertex_normals() })
     }
 
-    /// The matches within reach that pass the gates, with Geman-McClure weights of 2.5 median
-    /// absolute deviations (floor 0.15 mm); in the order of the points.
-    pub fn find(&self, points: &[Point], reach: f64) -> Vec<Found> {
+    /// The matches within reach that pass the gates, weighted; in the order of the points.
+    /// Neighbourhoods whose points disagree by more than `calm_mm` count little.
+    pub fn find(&self, points: &[Point], reach: f64, calm_mm: f64) -> Vec<Found> {
         let one = |p: &Point| {
             let hit = self.index.closest_within(&p.at, reach)?;
             if !self.gate.open[hit.face] {
@@ -151,26 +178,51 @@ impl<'a> Matcher<'a> {
             }
             Some(Found {
                 data: p.at,
-                face: hit.face,
                 corners,
                 barycentric: hit.barycentric,
                 foot: hit.point,
                 normal,
                 weight: p.weight,
+                cell: p.cell,
             })
         };
         let found: Vec<Option<Found>> = points.par_iter().map(one).collect();
         let mut found: Vec<Found> = found.into_iter().flatten().collect();
-        let misses: Vec<f64> = found.iter().map(|f| f.normal.dot(&(f.data - f.foot))).collect();
-        let deviation = crate::math::mad(&misses).unwrap_or_default() / 1.4826;
-        let width = (2.5 * deviation).max(0.15);
-        for f in &mut found {
-            let miss = (f.data - f.foot).norm();
-            f.weight *= (1.0 + (miss / width).powi(2)).powi(-2);
-        }
+        forget_outliers(&mut found, calm_mm);
         found
     }
 }
+
+/// Geman-McClure weights about the median miss of each point's neighbourhood: a point that
+/// disagrees with its neighbours is an outlier, a region that disagrees with the surface is news.
+/// A region that disagrees within itself by more than `calm_mm` (ears, hair) is no measurement of
+/// this surface yet, and counts little.
+fn forget_outliers(found: &mut [Found], calm_mm: f64) {
+    let miss = |f: &Found| f.normal.dot(&(f.data - f.foot));
+    let count = found.iter().map(|f| f.cell as usize + 1).max().unwrap_or(0);
+    let mut cells = vec![Vec::new(); count];
+    found.iter().for_each(|f| cells[f.cell as usize].push(miss(f)));
+    let all: Vec<f64> = found.iter().map(miss).collect();
+    let everywhere = mad(&all).unwrap_or_default();
+    let local: Vec<(f64, f64)> = cells
+        .iter()
+        .map(|cell| match (median(cell), mad(cell)) {
+            (Some(middle), Some(spread)) if cell.len() >= 7 => (middle, spread),
+            _ => (0.0, everywhere),
+        })
+        .collect();
+    for f in found {
+        let (middle, spread) = local[f.cell as usize];
+        let width = WIDTH * spread.max(FLOOR_MM);
+        let calm = (1.0 + (spread / calm_mm).powi(2)).powi(-2);
+        f.weight *= calm * (1.0 + ((miss(f) - middle) / width).powi(2)).powi(-2);
+    }
+}
+
+/// Width of the weights in standard deviations of the neighbourhood.
+const WIDTH: f64 = 2.5;
+/// Least standard deviation of a neighbourhood, mm.
+const FLOOR_MM: f64 = 0.06;
 
 /// The matches as pairs for a rigid or similarity step.
 pub(super) fn planes(found: &[Found]) -> Vec<PlanePair> {

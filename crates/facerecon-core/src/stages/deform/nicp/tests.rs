@@ -1,0 +1,142 @@
+use super::super::{DeformError, DeformInput, DeformMethod, DeformParams, Deformed, deform};
+use crate::data::{Cloud, Mesh, Topology};
+use crate::math::{Vec3, percentile};
+use crate::spatial::SurfaceIndex;
+
+fn nicp() -> DeformParams {
+    DeformParams { method: DeformMethod::Nicp, ..Default::default() }
+}
+
+/// Another head: larger, bent smoothly by some millimetres, and with a bump of 12 mm width that no
+/// vertex spacing of the template resolves well.
+fn subject(template: &Mesh) -> Mesh {
+    let bent = |p: &Vec3| {
+        let q = p * 1.05;
+        let wave = Vec3::new((q.y / 40.0).sin(), (q.x / 50.0).cos(), (q.x / 35.0).sin()) * 2.5;
+        let bump = 2.0 * (-((q.x - 25.0).powi(2) + (q.y + 20.0).powi(2)) / 72.0).exp();
+        q + wave + Vec3::new(0.0, 0.0, if q.z > 0.0 { bump } else { 0.0 })
+    };
+    template.with_vertices(template.vertices.iter().map(bent).collect())
+}
+
+/// Dense points on the front of a head: noise of 0.1 mm, every `wrong`th point 5 to 20 mm off.
+fn scan(truth: &Mesh, wrong: usize) -> Cloud {
+    let normals = truth.vertex_normals();
+    let mut cloud = Cloud::default();
+    let mut count = 0;
+    for face in &truth.faces {
+        let corners = face.map(|v| truth.vertices[v as usize]);
+        let n: Vec3 = face.iter().map(|&v| normals[v as usize]).sum::<Vec3>().normalize();
+        if n.z < 0.35 || corners[0].z < 0.0 || corners[0].y < -100.0 {
+            continue;
+        }
+        for [a, b] in [[0.2, 0.2], [0.6, 0.2], [0.2, 0.6], [0.33, 0.33]] {
+            count += 1;
+            let t = f64::from(count);
+            let noise = 0.1 * ((t * 12.99).sin() + (t * 78.23).sin());
+            let off = if count as usize % wrong == 0 { 12.0 + 8.0 * (t * 0.7).sin() } else { 0.0 };
+            let p = corners[0] * (1.0 - a - b) + corners[1] * a + corners[2] * b;
+            cloud.points.push(p + n * (noise + off));
+            cloud.normals.push(n);
+            cloud.sigmas.push(0.1);
+        }
+    }
+    cloud
+}
+
+fn fit(template: &Mesh, data: &Cloud) -> Deformed {
+    let input = DeformInput { template, data, assignments: &[], features: &[] };
+    deform(&input, &nicp(), &()).unwrap()
+}
+
+#[test]
+fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
+    let template = crate::template::head().mesh;
+    let truth = subject(&template);
+    let data = scan(&truth, 20); // 5 % wrong points
+    let fitted = fit(&template, &data);
+    fitted.mesh.validate().unwrap();
+    assert!(fitted.rms_after < 0.3 * fitted.rms_before);
+    assert!(fitted.mesh.vertices.len() > template.vertices.len());
+
+    // the true surface to the mesh, where it was scanned
+    let clean = scan(&truth, usize::MAX);
+    let index = SurfaceIndex::new(&fitted.mesh).unwrap();
+    let far: Vec<f64> =
+        clean.points.iter().map(|p| index.closest(p).unwrap().distance).collect();
+    let (median, p99) = (percentile(&far, 0.5).unwrap(), percentile(&far, 0.99).unwrap());
+    assert!(median < 0.1, "median {median}");
+    assert!(p99 < 1.0, "p99 {p99}");
+
+    // no vertex stands out: each measured vertex lies near the truth
+    let true_index = SurfaceIndex::new(&truth).unwrap();
+    let normals = fitted.mesh.vertex_normals();
+    let off: Vec<f64> = (0..fitted.mesh.vertices.len())
+        .filter(|&v| normals[v].z > 0.6 && fitted.mesh.vertices[v].z > 40.0)
+        .filter(|&v| fitted.mesh.vertices[v].y > -80.0)
+        .map(|v| true_index.closest(&fitted.mesh.vertices[v]).unwrap().distance)
+        .collect();
+    assert!(off.len() > 3000);
+    assert!(percentile(&off, 0.99).unwrap() < 1.0, "{:?}", percentile(&off, 0.99));
+
+    // the back of the head, never seen: of the subject's size within some millimetres, and smooth
+    let back: Vec<f64> = (0..template.vertices.len())
+        .filter(|&v| template.vertices[v].z < -40.0 && template.vertices[v].y > 0.0)
+        .map(|v| (fitted.mesh.vertices[v] - truth.vertices[v]).norm())
+        .collect();
+    assert!(back.len() > 100);
+    assert!(percentile(&back, 1.0).unwrap() < 12.0, "{:?}", percentile(&back, 1.0));
+    let edge_growth = |mesh: &Mesh| {
+        let topology = Topology::new(&template);
+        let mut worst = 0.0f64;
+        for (v, near) in topology.neighbours.iter().enumerate() {
+            for &n in near.iter().filter(|_| template.vertices[v].z < -40.0) {
+                let old = (template.vertices[v] - template.vertices[n as usize]).norm();
+                let new = (mesh.vertices[v] - mesh.vertices[n as usize]).norm();
+                worst = worst.max((new / old / 1.05).ln().abs());
+            }
+        }
+        worst
+    };
+    assert!(edge_growth(&fitted.mesh) < 0.25, "{}", edge_growth(&fitted.mesh));
+}
+
+#[test]
+fn texture_coordinates_survive_the_subdivision_and_runs_are_equal() {
+    let template = crate::template::head().mesh;
+    let data = scan(&subject(&template), 25);
+    let fitted = fit(&template, &data);
+    assert_eq!(fitted.mesh.face_uvs.len(), fitted.mesh.faces.len());
+    assert_eq!(fitted.mesh.uvs[..template.uvs.len()], template.uvs[..]);
+    let area = |mesh: &Mesh| -> f64 {
+        let cross = |f: &[u32; 3]| {
+            let [a, b, c] = f.map(|i| mesh.uvs[i as usize]);
+            (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
+        };
+        mesh.face_uvs.iter().map(|f| cross(f).abs() / 2.0).sum()
+    };
+    assert!((area(&fitted.mesh) - area(&template)).abs() < 1e-9);
+    let topology = Topology::new(&fitted.mesh);
+    assert_eq!(topology.non_manifold_edges, 0);
+    // an inner edge left hanging would be a new border
+    let borders = |t: &Topology| t.border.iter().filter(|b| **b).count();
+    assert_eq!(borders(&topology), borders(&Topology::new(&template)));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let again = one.install(|| fit(&template, &data));
+    assert_eq!(again, fitted);
+}
+
+#[test]
+fn nothing_to_fit_is_refused() {
+    let template = crate::template::head().mesh;
+    let far = Cloud::from_points(vec![Vec3::new(900.0, 0.0, 0.0); 200]);
+    let input = DeformInput { template: &template, data: &far, assignments: &[], features: &[] };
+    let error = deform(&input, &nicp(), &()).unwrap_err();
+    assert!(matches!(error, DeformError::TooFew { got: 0, .. }), "{error}");
+    let nan = Cloud::from_points(vec![Vec3::repeat(f64::NAN); 200]);
+    let input = DeformInput { data: &nan, ..input };
+    assert!(deform(&input, &nicp(), &()).is_err());
+    let flat = Mesh { vertices: vec![Vec3::zeros(); 3], faces: vec![[0, 1, 2]], ..Mesh::default() };
+    let input = DeformInput { template: &flat, ..input };
+    assert!(deform(&input, &nicp(), &()).is_err());
+}
