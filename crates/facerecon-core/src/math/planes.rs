@@ -107,12 +107,7 @@ mod tests {
         }
         let rigid: Vec<PlanePair> = surface
             .iter()
-            .map(|(p, n)| PlanePair {
-                point: truth.apply(p),
-                foot: *p,
-                normal: *n,
-                weight: 1.0,
-            })
+            .map(|(p, n)| PlanePair { point: truth.apply(p), foot: *p, normal: *n, weight: 1.0 })
             .collect();
         assert_eq!(fit_to_planes(&rigid, 0.02, false).unwrap().scale, 1.0);
         assert!(fit_to_planes(&rigid[..6], 0.02, true).is_none());

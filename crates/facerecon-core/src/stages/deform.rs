@@ -123,7 +123,9 @@ pub enum DeformError {
         error: f64,
     },
     /// Sparse equations without a solution.
-    #[error("the thin plate could not be solved ({reason}); is the generic head one sound surface?")]
+    #[error(
+        "the thin plate could not be solved ({reason}); is the generic head one sound surface?"
+    )]
     Plate {
         /// In the solver's words.
         reason: String,

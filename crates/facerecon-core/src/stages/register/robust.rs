@@ -166,11 +166,8 @@ fn spread(samples: &[Sample], count: usize) -> Vec<Sample> {
 /// The head looking straight at the camera, middle of the points on the middle of the model's front.
 fn plain_start(samples: &[Sample], model: &ModelSurface, metric: bool) -> Similarity {
     // y down, z forward to y up, z toward the viewer
-    let turn = if metric {
-        Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0))
-    } else {
-        Mat3::identity()
-    };
+    let turn =
+        if metric { Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0)) } else { Mat3::identity() };
     Similarity::rigid(turn, model.front - turn * middle(samples))
 }
 
@@ -248,8 +245,7 @@ fn without_scale(pose: &Similarity, samples: &[Sample]) -> Similarity {
 
 fn plane_rms(pairs: &[PlanePair]) -> f64 {
     let weight: f64 = pairs.iter().map(|p| p.weight).sum();
-    let sum: f64 =
-        pairs.iter().map(|p| p.weight * p.normal.dot(&(p.foot - p.point)).powi(2)).sum();
+    let sum: f64 = pairs.iter().map(|p| p.weight * p.normal.dot(&(p.foot - p.point)).powi(2)).sum();
     (sum / weight.max(1e-300)).sqrt()
 }
 
@@ -287,8 +283,11 @@ impl ModelSurface {
                 (0..3).map(|k| self.normals[corners[k] as usize] * found.barycentric[k]).sum();
             let normal = normal.try_normalize(1e-12)?;
             let other = pose.rotate(&s.normal);
-            (other == Vec3::zeros() || other.dot(&normal) > NORMAL_GATE)
-                .then_some((point, found.point, normal))
+            (other == Vec3::zeros() || other.dot(&normal) > NORMAL_GATE).then_some((
+                point,
+                found.point,
+                normal,
+            ))
         };
         samples.par_iter().map(one).collect()
     }

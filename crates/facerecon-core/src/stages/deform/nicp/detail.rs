@@ -3,10 +3,10 @@
 //! One number a vertex, point-to-plane exactly, the thin plate smoothing over the length that the
 //! data's noise asks for. Well conditioned where there is data, so conjugate gradients suffice.
 
-use super::matching::{Found, Gate, Matcher, Point, covered_area, plane_rms};
-use super::plate::Laplacian;
 use super::super::DeformError;
 use super::NicpParams;
+use super::matching::{Found, Gate, Matcher, Point, covered_area, plane_rms};
+use super::plate::Laplacian;
 use crate::data::{Mesh, Topology};
 use crate::math::Vec3;
 
@@ -32,7 +32,11 @@ pub(super) fn refine(
     let mut height = vec![0.0; base.vertices.len()];
     let mut rms = 0.0;
     for smoothing in ROUNDS {
-        let found = Matcher::new(mesh, gate)?.find(points, REACH_MM, super::calm(smoothing * params.detail_mm));
+        let found = Matcher::new(mesh, gate)?.find(
+            points,
+            REACH_MM,
+            super::calm(smoothing * params.detail_mm),
+        );
         let mut measured = vec![false; base.vertices.len()];
         let counted = found.iter().filter(|f| f.weight > 0.05);
         counted.flat_map(|f| f.corners).for_each(|v| measured[v] = true);

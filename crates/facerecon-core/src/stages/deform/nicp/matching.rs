@@ -170,8 +170,7 @@ impl<'a> Matcher<'a> {
                 return None;
             }
             let corners = self.mesh.faces[hit.face].map(|v| v as usize);
-            let normal: Vec3 =
-                (0..3).map(|k| self.normals[corners[k]] * hit.barycentric[k]).sum();
+            let normal: Vec3 = (0..3).map(|k| self.normals[corners[k]] * hit.barycentric[k]).sum();
             let normal = normal.try_normalize(1e-12)?;
             if p.normal != Vec3::zeros() && p.normal.dot(&normal) < self.gate.least_cosine {
                 return None;
@@ -236,8 +235,7 @@ pub(super) fn planes(found: &[Found]) -> Vec<PlanePair> {
 pub(super) fn plane_rms(found: &[Found], mesh: &Mesh) -> f64 {
     let (mut sum, mut weight) = (0.0, 1e-300);
     for f in found {
-        let foot: Vec3 =
-            (0..3).map(|k| mesh.vertices[f.corners[k]] * f.barycentric[k]).sum();
+        let foot: Vec3 = (0..3).map(|k| mesh.vertices[f.corners[k]] * f.barycentric[k]).sum();
         sum += f.weight * f.normal.dot(&(f.data - foot)).powi(2);
         weight += f.weight;
     }

@@ -93,9 +93,8 @@ impl Plate {
         let mut columns: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
         for row in &laplacian.rows {
             for &(i, a) in row {
-                columns[i as usize].extend(
-                    row.iter().filter(|(j, _)| *j >= i).map(|&(j, b)| (j, a * b)),
-                );
+                columns[i as usize]
+                    .extend(row.iter().filter(|(j, _)| *j >= i).map(|&(j, b)| (j, a * b)));
             }
         }
         // the edges, which the data's entries need, and the diagonal

@@ -62,8 +62,7 @@ fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
     // the true surface to the mesh, where it was scanned
     let clean = scan(&truth, usize::MAX);
     let index = SurfaceIndex::new(&fitted.mesh).unwrap();
-    let far: Vec<f64> =
-        clean.points.iter().map(|p| index.closest(p).unwrap().distance).collect();
+    let far: Vec<f64> = clean.points.iter().map(|p| index.closest(p).unwrap().distance).collect();
     let (median, p99) = (percentile(&far, 0.5).unwrap(), percentile(&far, 0.99).unwrap());
     assert!(median < 0.1, "median {median}");
     assert!(p99 < 1.0, "p99 {p99}");

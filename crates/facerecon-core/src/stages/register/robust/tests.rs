@@ -27,11 +27,8 @@ fn measured(model: &Mesh, camera_from_model: &Similarity, wrong: usize) -> Cloud
 }
 
 fn pose(yaw: f64, pitch: f64, roll: f64) -> Similarity {
-    let turn = Rotation3::from_euler_angles(
-        pitch.to_radians(),
-        yaw.to_radians(),
-        roll.to_radians(),
-    );
+    let turn =
+        Rotation3::from_euler_angles(pitch.to_radians(), yaw.to_radians(), roll.to_radians());
     let camera = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
     Similarity::rigid(camera * turn.into_inner(), Vec3::new(60.0, -35.0, 1250.0))
 }
@@ -42,13 +39,8 @@ fn turned_heads_are_found_without_landmarks_and_keep_their_millimetres() {
     for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (38.0, 5.0, -8.0), (-35.0, -15.0, 10.0)] {
         let truth = pose(yaw, pitch, roll);
         let data = measured(&model, &truth, 20);
-        let input = RegisterInput {
-            data: &data,
-            model: &model,
-            coarse: None,
-            features: &[],
-            metric: true,
-        };
+        let input =
+            RegisterInput { data: &data, model: &model, coarse: None, features: &[], metric: true };
         let found = register(&input, &robust(), &()).unwrap();
         assert_eq!(found.model_from_data.scale, 1.0);
         let error = found.model_from_data.compose(&truth);
