@@ -15,7 +15,7 @@ mod tests;
 
 pub use font::{GLYPH_HEIGHT, draw_text, text_width};
 pub use heat::{Heat, heat_color, nice_ceiling};
-pub use light::{linear_from_srgb, sample_texture, srgb_from_linear};
+pub use light::{encode_srgb, linear_from_srgb, sample_texture, srgb_from_linear};
 pub use occlusion::ambient_openness;
 pub use picture::{Mode, Scene, photograph, picture};
 pub use sheet::{contact_sheet, tile};

@@ -95,8 +95,9 @@ settings! {
         wall: bool = true;
         /// Distance of the wall behind the foremost point of the subject.
         wall_mm: f64 = 700.0, range 50.0..=5000.0, unit "mm";
-        /// Brightness of the brightest twentieth of the subject, as a fraction of white.
-        exposure: f64 = 0.60, range 0.01..=4.0;
+        /// Brightness (of the brightest colour) that a twentieth of the subject exceeds, as a fraction
+        /// of white; both cameras are exposed alike.
+        exposure: f64 = 0.72, range 0.01..=4.0;
         /// Sensitivity of the right camera against the left one.
         gain_right: f64 = 1.0, range 0.1..=10.0;
         /// Standard deviation of the lens blur.

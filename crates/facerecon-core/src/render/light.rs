@@ -1,6 +1,6 @@
 //! Light and colour: sRGB coding, texture sampling, the studio's lamps.
 
-use crate::data::Rgb;
+use crate::data::{Raster, Rgb};
 use crate::math::Vec3;
 
 /// Linear light (0 to 1) of an sRGB value (IEC 61966-2-1).
@@ -13,6 +13,11 @@ pub fn linear_from_srgb(value: u8) -> f64 {
 pub fn srgb_from_linear(light: f64) -> f64 {
     let l = light.clamp(0.0, 1.0);
     255.0 * if l <= 0.003_130_8 { 12.92 * l } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// A picture in linear light (0 to 1) as 8 bit sRGB, for use as a texture.
+pub fn encode_srgb(linear: &Raster<[f32; 3]>) -> Rgb {
+    linear.map(|p| p.map(|l| srgb_from_linear(f64::from(l)).round() as u8))
 }
 
 /// Table of [`linear_from_srgb`] for all 256 values.

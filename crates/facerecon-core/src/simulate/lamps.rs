@@ -15,7 +15,7 @@ const SHADOW_SIDE: usize = 4096;
 const SHADOW_BIAS_MM: f64 = 0.8;
 /// Albedo (linear) of skin where the subject brings no colour, and of the wall.
 const SKIN: [f64; 3] = [0.50, 0.29, 0.20];
-const WALL: f64 = 0.22;
+const WALL: f64 = 0.05;
 /// Light of the projector where the pattern is black.
 const BLACK_LEVEL: f64 = 0.004;
 
@@ -40,6 +40,8 @@ pub(super) struct Lamps<'a> {
     shadow: Raster<f32>,
     shadow_scale: usize,
     lamp: Vec3,
+    /// The projector's place, left camera frame.
+    projector: Vec3,
     rig: &'a Rig,
     params: &'a SimulateParams,
 }
@@ -59,7 +61,8 @@ impl<'a> Lamps<'a> {
             let wall = rig.wall(params);
             let first = mesh.vertices.len() as u32;
             normals.extend(wall.vertex_normals());
-            openness.resize(openness.len() + wall.vertices.len(), 1.0);
+            // a corner of the room
+            openness.resize(openness.len() + wall.vertices.len(), 0.5);
             mesh.vertices.extend(&wall.vertices);
             mesh.faces.extend(wall.faces.iter().map(|f| f.map(|i| i + first)));
             if mesh.has_uv() {
@@ -85,6 +88,7 @@ impl<'a> Lamps<'a> {
             shadow,
             shadow_scale: scale,
             lamp: rig.lamp(),
+            projector: rig.projector_from_left.inverse().translation,
             rig,
             params,
         })
@@ -130,8 +134,7 @@ impl<'a> Lamps<'a> {
     fn projected(&self, point: &Vec3, normal: &Vec3, toward_eye: &Vec3) -> ([f64; 3], f64) {
         let q = self.rig.projector_from_left.apply(point);
         let Some(at) = self.rig.lattice.project(&q) else { return ([0.0; 3], 0.0) };
-        let place = self.rig.projector_from_left.inverse().translation;
-        let toward = (place - point).normalize();
+        let toward = (self.projector - point).normalize();
         let cosine = normal.dot(&toward);
         if cosine <= 0.0 {
             return ([0.0; 3], 0.0);

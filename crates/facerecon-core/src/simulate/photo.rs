@@ -106,21 +106,18 @@ fn blurred(image: &Linear, sigma: f64) -> Linear {
     pass(&pass(image, 1, 0), 0, 1)
 }
 
-/// How much light makes white, and its colour balance.
+/// How much light makes white.
 pub(super) struct Exposure {
     factor: f64,
 }
 
 impl Exposure {
-    /// Puts the 95th percentile of the subject's green channel at the brightness asked for.
+    /// Puts the 95th percentile of the subject's brightest channel where it was asked for.
     pub(super) fn automatic(image: &Linear, subject: &[bool], params: &SimulateParams) -> Self {
-        let green: Vec<f64> = image
-            .data()
-            .iter()
-            .zip(subject)
-            .filter_map(|(p, s)| s.then_some(f64::from(p[1])))
-            .collect();
-        let bright = percentile(&green, 0.95).unwrap_or(1.0).max(1e-9);
+        let brightest = |p: &[f32; 3]| f64::from(p[0].max(p[1]).max(p[2]));
+        let light = image.data().iter().zip(subject);
+        let light: Vec<f64> = light.filter_map(|(p, s)| s.then(|| brightest(p))).collect();
+        let bright = percentile(&light, 0.95).unwrap_or(1.0).max(1e-9);
         Self { factor: params.exposure / bright }
     }
 
