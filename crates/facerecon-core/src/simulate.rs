@@ -15,7 +15,7 @@ mod truth;
 #[cfg(test)]
 mod tests;
 
-pub use files::{dots_csv, npy};
+pub use files::{dots_csv, npy, write_simulated};
 pub use truth::{DotTruth, Truth};
 
 use crate::camera::RigError;

@@ -1,9 +1,53 @@
-//! The truth as files.
+//! A simulated capture and its truth as files.
 
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
-use super::Truth;
+use serde_json::json;
+
+use super::{Simulated, Truth};
 use crate::data::Raster;
+use crate::io::{IoError, atomic, ply, write_calibration, write_capture};
+
+/// Writes a capture folder with the truth beside it, and returns the path of its `capture.toml`:
+/// * `truth_mesh.ply`: the subject, left camera frame, mm,
+/// * `truth_dots.csv`: see [`dots_csv`],
+/// * `truth_depth.npy`: float32 (height, width), depth of the subject at each pixel centre of the
+///   left photo, mm, NaN beside it,
+/// * `truth_calibration.yml`: the rig as it stood, faults included,
+/// * `truth.json`: the features (`xyz` mm in the left camera frame, `left` and `right` px), the
+///   pose `camera_from_model` and the head's motion `plain_from_dots` (4x4, row by row).
+///
+/// # Errors
+/// [`IoError::Write`].
+pub fn write_simulated(folder: &Path, simulated: &Simulated) -> Result<PathBuf, IoError> {
+    let truth = &simulated.truth;
+    ply::write_mesh(&folder.join("truth_mesh.ply"), &truth.mesh)?;
+    atomic::write(&folder.join("truth_dots.csv"), dots_csv(truth).as_bytes())?;
+    atomic::write(&folder.join("truth_depth.npy"), &npy(&truth.depth_mm))?;
+    write_calibration(&folder.join("truth_calibration.yml"), &truth.rig)?;
+    atomic::write(&folder.join("truth.json"), truth_json(truth).as_bytes())?;
+    // last, so that a folder with a capture.toml is complete
+    write_capture(folder, &simulated.capture)
+}
+
+fn truth_json(truth: &Truth) -> String {
+    let features: serde_json::Map<String, serde_json::Value> = truth
+        .features
+        .iter()
+        .map(|(name, pair)| {
+            let xyz = truth.feature_points.get(name).map(|p| [p.x, p.y, p.z]);
+            let (left, right) = ([pair.left.x, pair.left.y], [pair.right.x, pair.right.y]);
+            (name.clone(), json!({ "xyz": xyz, "left": left, "right": right }))
+        })
+        .collect();
+    let value = json!({
+        "features": features,
+        "camera_from_model": truth.camera_from_model.to_rows(),
+        "plain_from_dots": truth.plain_from_dots.to_rows(),
+    });
+    format!("{value:#}\n")
+}
 
 /// The dots as a table, one row a dot of the pattern:
 /// `col,row,X,Y,Z,xl,yl,xr,yr,vis_l,vis_r,lit,on_face`. X, Y, Z in millimetres of the left camera

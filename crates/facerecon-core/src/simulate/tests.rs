@@ -233,7 +233,8 @@ fn noise_has_the_strength_asked_for_and_bytes_do_not_depend_on_threads() {
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
     let (one, three) = (pool(1).install(run), pool(3).install(run));
     assert!(one == three);
-    let image = linear(&one.left);
+    // skin is brightest in red
+    let image = one.left.rgb.map(|p| linear_from_srgb(p[0]) as f32);
     let (x, y) = (220, 140);
     let window: Vec<f64> =
         (0..2500).map(|i| f64::from(image.at(x - 25 + i % 50, y - 25 + i / 50))).collect();
@@ -275,4 +276,29 @@ fn what_cannot_be_simulated_is_refused() {
     let subject = Subject { face: Some(&mask), ..bare(&mesh) };
     assert!(refuse(&subject, &small()).contains("face mask has 3"));
     assert!(refuse(&bare(&Mesh::default()), &small()).contains("vertices"));
+}
+
+#[test]
+fn a_written_capture_reads_back_with_its_truth_beside_it() {
+    let mesh = head();
+    let landmarks: Landmarks = [("nose_tip".to_owned(), 2400usize)].into();
+    let subject = Subject { landmarks: Some(&landmarks), ..bare(&mesh) };
+    let made = simulate(&subject, &small(), &()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = write_simulated(folder.path(), &made).unwrap();
+    let read = crate::io::read_capture(&path).unwrap().capture;
+    assert!(read.left == made.capture.left && read.plain == made.capture.plain);
+    assert_eq!(read.pattern, made.capture.pattern);
+    let (told, wrote) = (read.rig.unwrap(), made.capture.rig.unwrap());
+    assert!((told.right_from_left.translation - wrote.right_from_left.translation).norm() < 1e-9);
+    let dots = std::fs::read_to_string(folder.path().join("truth_dots.csv")).unwrap();
+    assert_eq!(dots.lines().count(), 1 + 43 * 32);
+    let lit = dots.lines().skip(1).filter(|l| !l.contains("nan")).count();
+    assert_eq!(lit, made.truth.dots.iter().filter(|d| d.lit).count());
+    let truth = std::fs::read_to_string(folder.path().join("truth.json")).unwrap();
+    let truth: serde_json::Value = serde_json::from_str(&truth).unwrap();
+    let z = truth["features"]["nose_tip"]["xyz"][2].as_f64().unwrap();
+    assert!((z - made.truth.mesh.vertices[2400].z).abs() < 1e-9);
+    let depth = std::fs::read(folder.path().join("truth_depth.npy")).unwrap();
+    assert_eq!(depth.len(), 128 + 4 * 384 * 288);
 }
