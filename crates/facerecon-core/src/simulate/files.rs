@@ -22,7 +22,7 @@ use crate::io::{IoError, atomic, ply, write_calibration, write_capture};
 /// [`IoError::Write`].
 pub fn write_simulated(folder: &Path, simulated: &Simulated) -> Result<PathBuf, IoError> {
     let truth = &simulated.truth;
-    ply::write_mesh(&folder.join("truth_mesh.ply"), &truth.mesh)?;
+    ply::write_mesh(&folder.join("truth_mesh.ply"), &truth.mesh, None)?;
     atomic::write(&folder.join("truth_dots.csv"), dots_csv(truth).as_bytes())?;
     atomic::write(&folder.join("truth_depth.npy"), &npy(&truth.depth_mm))?;
     write_calibration(&folder.join("truth_calibration.yml"), &truth.rig)?;
