@@ -86,7 +86,7 @@ pub fn write(path: &Path, mesh: &Mesh, texture: Option<&Rgb>) -> Result<(), IoEr
 /// Writes `NAME.obj` and `NAME.mtl` with an encoded PNG under a name of its own beside them.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_with(path: &Path, mesh: &Mesh, texture_name: &str, png: &[u8]) -> Result<(), IoError> {
     let material = path.with_extension("mtl");
     let name = material.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();

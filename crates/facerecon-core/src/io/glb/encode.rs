@@ -127,11 +127,13 @@ pub fn encode(mesh: &Mesh, texture_png: Option<&[u8]>) -> Vec<u8> {
     container(root.to_string().into_bytes(), &buffers.bytes)
 }
 
-/// The vertices of the file as (vertex, texture coordinate), the mesh's own order first, and the
+/// A vertex of the file: vertex and texture coordinate of the mesh.
+type Corner = (u32, Option<u32>);
+
+/// The vertices of the file, the mesh's own order first, and the
 /// triangles that use them.
-fn split_seams(mesh: &Mesh) -> (Vec<(u32, Option<u32>)>, Vec<[u32; 3]>) {
-    let mut corners: Vec<(u32, Option<u32>)> =
-        (0..mesh.vertices.len() as u32).map(|v| (v, None)).collect();
+fn split_seams(mesh: &Mesh) -> (Vec<Corner>, Vec<[u32; 3]>) {
+    let mut corners: Vec<Corner> = (0..mesh.vertices.len() as u32).map(|v| (v, None)).collect();
     let mut copies: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let mut faces = mesh.faces.clone();
     for (face, uvs) in faces.iter_mut().zip(&mesh.face_uvs) {

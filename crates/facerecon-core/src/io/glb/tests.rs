@@ -108,10 +108,11 @@ fn with_json(change: impl Fn(&mut Value)) -> Vec<u8> {
 
 #[test]
 fn transforms_of_nodes_are_applied() {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
     let turned = with_json(|root| {
         root["nodes"] = serde_json::json!([
             { "children": [1], "translation": [1.0, 0.0, 0.0] },
-            { "mesh": 0, "rotation": [0.0, 0.0, 0.7071067811865476, 0.7071067811865476] }
+            { "mesh": 0, "rotation": [0.0, 0.0, half, half] }
         ]);
     });
     let found = decode(&turned).unwrap().mesh.vertices[1];
