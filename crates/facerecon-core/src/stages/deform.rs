@@ -9,6 +9,7 @@ mod rbf_linear;
 use crate::data::{Cloud, Mesh, MeshError};
 use crate::math::Vec3;
 use crate::observer::Observer;
+use crate::settings::{SettingsError, Value};
 
 pub use nicp::NicpParams;
 
@@ -130,6 +131,9 @@ pub enum DeformError {
         /// In the solver's words.
         reason: String,
     },
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -144,6 +148,7 @@ pub fn deform(
     params: &DeformParams,
     observer: &dyn Observer,
 ) -> Result<Deformed, DeformError> {
+    params.check("deform", None)?;
     input.template.validate()?;
     if observer.cancelled() {
         return Err(DeformError::Cancelled);

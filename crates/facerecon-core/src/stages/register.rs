@@ -8,6 +8,7 @@ mod start;
 use crate::data::{Cloud, Mesh, MeshError};
 use crate::math::{Similarity, Vec3, percentile};
 use crate::observer::Observer;
+use crate::settings::{SettingsError, Value};
 use crate::spatial::PointIndex;
 
 pub use crate::spatial::eliminate_multiple;
@@ -187,6 +188,9 @@ pub enum RegisterError {
         /// Wanted.
         expected_percent: f64,
     },
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -208,6 +212,7 @@ pub fn register(
     params: &RegisterParams,
     observer: &dyn Observer,
 ) -> Result<Registration, RegisterError> {
+    params.check("register", None)?;
     input.model.validate()?;
     if let Some(coarse) = input.coarse {
         coarse.validate()?;

@@ -6,6 +6,7 @@ mod laplacian;
 use crate::data::{Mesh, MeshError};
 use crate::math::Vec3;
 use crate::observer::Observer;
+use crate::settings::{SettingsError, Value};
 
 crate::choices! {
     /// How the mesh is smoothed.
@@ -83,6 +84,9 @@ pub enum SmoothError {
         /// A value that works.
         example: f64,
     },
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -99,6 +103,7 @@ pub fn smooth(
     params: &SmoothParams,
     observer: &dyn Observer,
 ) -> Result<Smoothed, SmoothError> {
+    params.check("smooth", None)?;
     mesh.validate()?;
     if let Some(index) = reference.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(SmoothError::NotFinite { index });

@@ -7,6 +7,7 @@ use crate::camera::Pinhole;
 use crate::data::{Mesh, MeshError, Raster, Rgb};
 use crate::math::{Similarity, Vec2};
 use crate::observer::{Artifact, Observer};
+use crate::settings::{SettingsError, Value};
 
 crate::choices! {
     /// How the texture is made.
@@ -167,6 +168,9 @@ pub enum TextureError {
         /// Its height.
         height: f64,
     },
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -181,6 +185,7 @@ pub fn texture(
     params: &TextureParams,
     observer: &dyn Observer,
 ) -> Result<Texture, TextureError> {
+    params.check("texture", None)?;
     check(input)?;
     if observer.cancelled() {
         return Err(TextureError::Cancelled);

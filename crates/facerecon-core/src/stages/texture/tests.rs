@@ -160,4 +160,8 @@ fn what_is_missing_is_named() {
     assert!(matches!(refuse(&flat, &all, Source::Left), TextureError::Boundary { .. }));
     let error = refuse(&mesh, &[(99_999, Vec2::zeros())], Source::Left);
     assert!(matches!(error, TextureError::Dot { vertex: 99_999, .. }));
+    let photos = [TexturePhoto { image: &left, camera: None, dots: &all }];
+    let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
+    let error = texture(&input, &TextureParams { size: 0, ..TextureParams::default() }, &());
+    assert!(matches!(error, Err(TextureError::Settings(_))));
 }
