@@ -83,7 +83,8 @@ pub struct Registration {
     /// Brings measured points into the model frame. With `scale` the model keeps its own size:
     /// lengths in the model frame are then `scale` times the measured ones.
     pub model_from_data: Similarity,
-    /// All steps taken: the search for a start, the coarse mesh and the detailed one.
+    /// Steps taken. Besl: all of them, for a start, on the coarse mesh and on the detailed one;
+    /// robust: those of the pose that won.
     pub iterations: usize,
     /// Of these, steps spent on finding a start; 0 with marked features.
     pub start_iterations: usize,

@@ -82,6 +82,7 @@ pub(super) fn register(
     Ok(Registration {
         model_from_data: pose,
         iterations: ending.history.len(),
+        start_iterations: 0,
         coarse_iterations: 0,
         history: ending.history,
         termination: ending.termination,
