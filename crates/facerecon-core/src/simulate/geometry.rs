@@ -23,9 +23,10 @@ pub(super) struct Rig {
     left_from_room: Similarity,
 }
 
+/// Rotation about an axis of any length.
 fn turn(axis: Vec3, degrees: f64) -> Mat3 {
-    let axis = nalgebra::Unit::new_normalize(axis);
-    Rotation3::from_axis_angle(&axis, degrees.to_radians()).into_inner()
+    let length = axis.norm().max(1e-12);
+    Rotation3::from_scaled_axis(axis * (degrees.to_radians() / length)).into_inner()
 }
 
 /// The camera at `centre` whose axes, in the room's frame, are the columns of `axes`.

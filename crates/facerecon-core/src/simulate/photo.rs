@@ -116,7 +116,7 @@ impl Exposure {
     pub(super) fn automatic(image: &Linear, subject: &[bool], params: &SimulateParams) -> Self {
         let brightest = |p: &[f32; 3]| f64::from(p[0].max(p[1]).max(p[2]));
         let light = image.data().iter().zip(subject);
-        let light: Vec<f64> = light.filter_map(|(p, s)| s.then(|| brightest(p))).collect();
+        let light: Vec<f64> = light.filter(|(_, s)| **s).map(|(p, _)| brightest(p)).collect();
         let bright = percentile(&light, 0.95).unwrap_or(1.0).max(1e-9);
         Self { factor: params.exposure / bright }
     }
