@@ -10,6 +10,8 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
+use serde::Serialize;
+
 use crate::camera::{Rectification, View};
 use crate::data::{Capture, Gray, PatternKind};
 use crate::math::{Vec2, median};
@@ -45,7 +47,8 @@ settings! {
 }
 
 /// How a rule was kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Kept.
     Good,
@@ -56,7 +59,7 @@ pub enum Verdict {
 }
 
 /// One rule with what was found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the rule: `resolution`, `luminance`, `shine`, `dots`, `contrast`, `sharpness`,
     /// `spacing`, `subject`, `rows` or `plain`.

@@ -26,6 +26,7 @@ pub use capture::{
 pub use error::{Fault, IoError};
 pub use image::{encode_png, read_photo, read_rgb, write_png};
 pub use mesh::{LoadedMesh, MeshFormat, read_mesh, write_mesh};
-pub(crate) use source::{nearest_name, read_text};
+pub(crate) use source::nearest_name;
+pub use source::read_text;
 pub use table::{MatchRow, read_matches, read_points, write_matches};
 pub use unit::LengthUnit;

@@ -1,1 +1,198 @@
-//! All parameters in one struct; profiles; TOML.
+//! All parameters in one struct; the two profiles; TOML and single settings.
+
+use crate::settings::{self, SettingsError, Value};
+use crate::stages::correspond::{CorrespondMethod, CorrespondParams};
+use crate::stages::deform::{DeformMethod, DeformParams};
+use crate::stages::detect::{DetectMethod, DetectParams};
+use crate::stages::filter::FilterParams;
+use crate::stages::rectify::RectifyParams;
+use crate::stages::refine::{RefineMethod, RefineParams};
+use crate::stages::register::{RegisterMethod, RegisterParams};
+use crate::stages::smooth::{SmoothMethod, SmoothParams};
+use crate::stages::texture::{TextureMethod, TextureParams};
+use crate::stages::triangulate::TriangulateParams;
+
+crate::choices! {
+    /// A set of methods that belong together.
+    pub enum Profile {
+        /// Nothing to mark by hand, metric, as accurate as the photographs allow.
+        Precise = "precise",
+        /// The thesis FaceBuilder, stage by stage; needs the three marked pairs.
+        Facebuilder = "facebuilder",
+    }
+}
+
+crate::settings! {
+    /// All parameters of a reconstruction. The defaults are those of the profile `precise`.
+    pub struct Params {
+        /// The profile the other values start from.
+        profile: Profile = Profile::Precise;
+        /// Level rows.
+        rectify: RectifyParams = RectifyParams::default();
+        /// The thesis's preprocessing; used where detect.method = "thin".
+        filter: FilterParams = FilterParams::default();
+        /// Finding the dots.
+        detect: DetectParams = DetectParams::default();
+        /// Which dot is which.
+        correspond: CorrespondParams =
+            CorrespondParams::default();
+        /// Measuring disparity by image matching.
+        refine: RefineParams = RefineParams::default();
+        /// Disparity to points.
+        triangulate: TriangulateParams = TriangulateParams::default();
+        /// Bringing the points to the generic head.
+        register: RegisterParams =
+            RegisterParams::default();
+        /// Bending the generic head.
+        deform: DeformParams = DeformParams::default();
+        /// Smoothing it.
+        smooth: SmoothParams = SmoothParams::default();
+        /// Colouring the mesh.
+        texture: TextureParams =
+            TextureParams::default();
+    }
+}
+
+impl Params {
+    /// The parameters of a profile.
+    pub fn of(profile: Profile) -> Self {
+        match profile {
+            Profile::Precise => Self::default(),
+            Profile::Facebuilder => Self {
+                profile,
+                rectify: RectifyParams::default(),
+                filter: FilterParams::default(),
+                detect: DetectParams { method: DetectMethod::Thin, ..DetectParams::default() },
+                correspond: CorrespondParams {
+                    method: CorrespondMethod::Scan,
+                    ..CorrespondParams::default()
+                },
+                refine: RefineParams { method: RefineMethod::None, ..RefineParams::default() },
+                triangulate: TriangulateParams::default(),
+                register: RegisterParams {
+                    method: RegisterMethod::Besl,
+                    ..RegisterParams::default()
+                },
+                deform: DeformParams {
+                    method: DeformMethod::GaussianRbf,
+                    ..DeformParams::default()
+                },
+                smooth: SmoothParams { method: SmoothMethod::Laplacian, ..SmoothParams::default() },
+                texture: TextureParams {
+                    method: TextureMethod::Scanline,
+                    ..TextureParams::default()
+                },
+            },
+        }
+    }
+
+    /// The parameters of a profile by name.
+    ///
+    /// # Errors
+    /// [`SettingsError::Malformed`] naming the profiles there are.
+    pub fn profile(name: &str) -> Result<Self, SettingsError> {
+        match name {
+            "precise" => Ok(Self::of(Profile::Precise)),
+            "facebuilder" => Ok(Self::of(Profile::Facebuilder)),
+            _ => Err(SettingsError::Malformed(format!(
+                "there is no profile {name:?}; take \"precise\" or \"facebuilder\""
+            ))),
+        }
+    }
+
+    /// Parameters from, in this order: the profile (`profile`, else the one the TOML text names,
+    /// else `precise`), a TOML text, and single settings `(dotted name, value as text)`.
+    ///
+    /// # Errors
+    /// [`SettingsError`] for text that is not TOML, unknown names, and values out of range.
+    pub fn load(
+        profile: Option<&str>,
+        toml_text: Option<&str>,
+        sets: &[(String, String)],
+    ) -> Result<Self, SettingsError> {
+        let malformed = |e: &dyn std::fmt::Display| SettingsError::Malformed(e.to_string());
+        let mut given = match toml_text {
+            Some(text) => text.parse::<toml::Table>().map_err(|e| malformed(&e))?,
+            None => toml::Table::new(),
+        };
+        for (name, value) in sets {
+            settings::set::<Self>(&mut given, name, value)?;
+        }
+        if let Some(name) = profile {
+            given.insert("profile".into(), toml::Value::String(name.to_owned()));
+        }
+        let base = match given.get("profile").and_then(toml::Value::as_str) {
+            Some(name) => Self::profile(name)?,
+            None => Self::default(),
+        };
+        let mut table = toml::Table::try_from(&base).map_err(|e| malformed(&e))?;
+        merge(&mut table, given);
+        let params: Self =
+            table.try_into().map_err(|e: toml::de::Error| malformed(&e.message()))?;
+        params.check("", None)?;
+        Ok(params)
+    }
+
+    /// The whole commented TOML.
+    ///
+    /// # Errors
+    /// [`SettingsError::Malformed`] when a value cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String, SettingsError> {
+        settings::commented_toml(self)
+    }
+}
+
+fn merge(base: &mut toml::Table, over: toml::Table) {
+    for (name, value) in over {
+        match (base.get_mut(&name), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => merge(inner, value),
+            (_, value) => {
+                base.insert(name, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_profiles_survive_their_own_toml() {
+        for name in ["precise", "facebuilder"] {
+            let params = Params::profile(name).unwrap();
+            params.check("", None).unwrap();
+            let text = params.to_toml().unwrap();
+            assert_eq!(Params::load(None, Some(&text), &[]).unwrap(), params, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_file_changes_the_profile_and_a_setting_changes_the_file() {
+        let text = "profile = \"facebuilder\"\n[smooth]\nsteps = 3\nlambda = 0.25";
+        let sets = [("smooth.steps".to_owned(), "7".to_owned())];
+        let params = Params::load(None, Some(text), &sets).unwrap();
+        assert_eq!(params.detect.method, DetectMethod::Thin);
+        assert_eq!((params.smooth.steps, params.smooth.lambda), (7, 0.25));
+    }
+
+    #[test]
+    fn wrong_names_values_and_profiles_are_refused() {
+        let set = |name: &str, value: &str| {
+            Params::load(None, None, &[(name.to_owned(), value.to_owned())])
+                .unwrap_err()
+                .to_string()
+        };
+        assert!(set("smoth.steps", "3").contains("smooth"));
+        assert!(set("smooth.lambda", "3").contains("smooth.lambda is 3"));
+        assert!(
+            set("smooth.lambda", "much").contains("lambda"),
+            "{}",
+            set("smooth.lambda", "much")
+        );
+        assert!(set("detect.method", "magic").contains("magic"));
+        assert!(Params::load(Some("best"), None, &[]).is_err());
+        assert!(Params::load(None, Some("not toml"), &[]).is_err());
+        assert!(Params::load(None, Some("surprise = 1"), &[]).is_err());
+    }
+}

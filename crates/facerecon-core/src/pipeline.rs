@@ -1,1 +1,164 @@
-//! reconstruct(): the stages in order.
+//! reconstruct(): the stages in order and nothing else.
+
+mod dense;
+mod inputs;
+pub mod parts;
+mod run;
+
+use crate::camera::Rectification;
+use crate::data::{Capture, Cloud, Gray, Match, Mesh};
+use crate::error::Error;
+use crate::math::Similarity;
+use crate::observer::Observer;
+use crate::params::Params;
+use crate::stages::correspond::correspond;
+use crate::stages::deform::{DeformInput, deform};
+use crate::stages::rectify::{RowReport, rectify};
+use crate::stages::refine::{RefineMethod, refine};
+use crate::stages::register::{RegisterInput, Registration, register};
+use crate::stages::smooth::smooth;
+use crate::stages::texture::{Texture, TextureInput, texture};
+use crate::stages::triangulate::{depth_maps, triangulate};
+use crate::template::Template;
+
+use run::Run;
+
+/// Everything a run found out.
+#[derive(Clone, Debug)]
+pub struct Reconstruction {
+    /// The face: the template's topology, model frame, millimetres when `metric`.
+    pub mesh: Mesh,
+    /// Vertex numbers of the features on `mesh`.
+    pub landmarks: crate::data::Landmarks,
+    /// Its colours; `None` without a pair without the pattern.
+    pub texture: Option<Texture>,
+    /// The measured points, camera frame in millimetres when `metric`, else model units.
+    pub cloud: Cloud,
+    /// The matches, in rectified pixels.
+    pub matches: Vec<Match>,
+    /// For each match its point in the frame of `cloud`; `None` where it has none.
+    pub match_points: Vec<Option<crate::math::Vec3>>,
+    /// How photo and rectified pixels belong together.
+    pub rectification: Rectification,
+    /// How level the photos' rows were found.
+    pub rows: RowReport,
+    /// Dots found in the left and the right photo.
+    pub dots: [usize; 2],
+    /// Depth maps of both photos, rectified, lighter is nearer (thesis Fig. 2.5).
+    pub depth: [Gray; 2],
+    /// How the points came to the generic head.
+    pub registration: Registration,
+    /// Model frame from the frame of `cloud`.
+    pub model_from_camera: Similarity,
+    /// Whether lengths are millimetres.
+    pub metric: bool,
+    /// Milliseconds each stage took, in order.
+    pub timings_ms: Vec<(String, f64)>,
+    /// What the user should know, in words.
+    pub warnings: Vec<String>,
+    /// The parameters it was made with.
+    pub params: Params,
+}
+
+/// From photographs to a textured face.
+///
+/// # Errors
+/// [`Error`] naming the stage that could not do its work, with the figures found and needed.
+pub fn reconstruct(
+    capture: &Capture,
+    template: &Template,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Reconstruction, Error> {
+    let mut run = Run::new(observer);
+
+    let level = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
+    run.warn(&level.warnings);
+    let rig = level.rectification.rig.as_ref();
+
+    let left = run.stage("detect", |o| parts::dots(&level.left, params, o))?;
+    let right = run.stage("detect", |o| parts::dots(&level.right, params, o))?;
+
+    let input = inputs::correspond(capture, &level, &left, &right);
+    let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
+    run.warn(&found.warnings);
+
+    let (matches, dense) = match params.refine.method {
+        RefineMethod::None => (found.matches, None),
+        RefineMethod::Photometric => {
+            let (left, right) = (&level.left, &level.right);
+            let refined = run
+                .stage("refine", |o| refine(left, right, rig, &found.matches, &params.refine, o))?;
+            (refined.matches.clone(), Some(refined))
+        }
+    };
+
+    let features = inputs::features(capture, &level.rectification);
+    let points = run.stage("triangulate", |o| {
+        let all = inputs::with_features(&matches, &features);
+        triangulate(&all, rig, &template.mesh, &params.triangulate, o)
+    })?;
+    let metric = points.metric;
+    let points =
+        inputs::points(&points.cloud, &matches, &features, dense.as_ref(), rig.filter(|_| metric));
+    let depth = depth_maps(&matches, &level.rectification, capture.left.size());
+
+    let input = RegisterInput {
+        data: &points.dots,
+        model: &template.mesh,
+        coarse: template.coarse.as_ref(),
+        features: &inputs::feature_points(&points.features, template),
+        metric,
+    };
+    let pose = run.stage("register", |o| register(&input, &params.register, o))?;
+    let (head, model_from_camera) = inputs::to_scale(template, &pose, metric);
+    let registered = points.all.transformed(&model_from_camera);
+
+    let input = DeformInput {
+        template: &head,
+        data: &registered,
+        assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
+        features: &inputs::feature_goals(&points.features, template, &model_from_camera),
+    };
+    let bent = run.stage("deform", |o| deform(&input, &params.deform, o))?;
+    run.observer.artifact("deform", "mesh", crate::observer::Artifact::Mesh(&bent.mesh));
+
+    let reference: Vec<_> = input.assignments.iter().map(|a| a.1).collect();
+    let smooth = run.stage("smooth", |o| smooth(&bent.mesh, &reference, &params.smooth, o))?;
+
+    let texture = match &capture.plain {
+        Some(plain) => {
+            let camera_from_model = model_from_camera.inverse();
+            let mut photos = inputs::photos(capture, plain, &camera_from_model);
+            let (mesh, views) = (&smooth.mesh, &level.rectification);
+            let dots = &points.dots;
+            inputs::place_dots(&mut photos, mesh, &matches, dots, &pose, views, &model_from_camera);
+            let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
+            let own = template.texture.as_ref();
+            let input = TextureInput { mesh, photos: &photos, template_texture: own };
+            Some(run.stage("texture", |o| texture(&input, &params.texture, o))?)
+        }
+        None => {
+            run.warn(&["there is no pair without the pattern: the face has no texture".to_owned()]);
+            None
+        }
+    };
+    Ok(Reconstruction {
+        mesh: smooth.mesh,
+        landmarks: template.landmarks.clone(),
+        texture,
+        cloud: points.all,
+        match_points: points.dots.points.iter().copied().map(Some).collect(),
+        matches,
+        rectification: level.rectification,
+        rows: level.rows,
+        dots: [left.dots.len(), right.dots.len()],
+        depth,
+        registration: pose,
+        model_from_camera,
+        metric,
+        timings_ms: run.timings_ms,
+        warnings: run.warnings,
+        params: params.clone(),
+    })
+}

@@ -1,1 +1,10 @@
-//! The HTML report.
+//! The report of a run: one HTML file that needs no network, with pictures, plots and the numbers
+//! in words.
+
+mod html;
+pub mod marks;
+pub mod plots;
+mod words;
+
+pub use html::html;
+pub use words::summary;

@@ -242,6 +242,16 @@ macro_rules! choices {
             }
         }
 
+        impl $name {
+            /// Every choice by its name.
+            pub const NAMED: &'static [(&'static str, Self)] = &[$( ($text, Self::$variant), )*];
+
+            /// The choice of a name.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::NAMED.iter().find(|(n, _)| *n == name).map(|(_, v)| *v)
+            }
+        }
+
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(match self { $( Self::$variant => $text, )* })

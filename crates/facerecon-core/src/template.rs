@@ -39,12 +39,29 @@ const COARSE: &[u8] = include_bytes!("../assets/head-coarse.bin");
 /// symmetric, one surface with the neck as its only border. Model frame, mm, origin between the
 /// ears.
 pub fn head() -> Template {
-    head::assemble(&Sculpt::new(&Proportions::default()), &HalfHead::decode(FINE))
+    let half = HalfHead::decode(FINE);
+    Template { name: "head".into(), ..head::assemble(&Sculpt::new(&Proportions::default()), &half) }
 }
 
 /// The same head with about 830 vertices and the same landmark names.
 pub fn head_coarse() -> Template {
-    head::assemble(&Sculpt::new(&Proportions::default()), &HalfHead::decode(COARSE))
+    let half = HalfHead::decode(COARSE);
+    let made = head::assemble(&Sculpt::new(&Proportions::default()), &half);
+    Template { name: "head-coarse".into(), ..made }
+}
+
+/// The built-in template of a run: the generic head with its coarse mesh.
+pub fn built_in() -> Template {
+    Template { coarse: Some(head_coarse().mesh), ..head() }
+}
+
+/// A built-in head by name: `head` or `head-coarse`.
+pub fn named(name: &str) -> Option<Template> {
+    match name {
+        "head" => Some(built_in()),
+        "head-coarse" => Some(head_coarse()),
+        _ => None,
+    }
 }
 
 /// A made-up person for the virtual rig: like the built-in head, but with an identity and an

@@ -28,7 +28,7 @@ pub(crate) fn read_bytes(
 }
 
 /// Reads a short text file.
-pub(crate) fn read_text(path: &Path, what: &'static str) -> Result<String, IoError> {
+pub fn read_text(path: &Path, what: &'static str) -> Result<String, IoError> {
     read_bytes(path, what, 1).map(|bytes| decode_text(&bytes))
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::mesh::{MeshFormat, read_any};
 use super::source::{decode_text, read_bytes};
 use super::{Fault, IoError, atomic, ply};
-use crate::data::Cloud;
+use crate::data::{Cloud, Dot};
 use crate::math::{Vec2, Vec3};
 
 /// Longest table, MB.
@@ -32,6 +32,20 @@ pub struct MatchRow {
     pub lattice: Option<[i32; 2]>,
     /// Confidence, 0 to 1.
     pub score: f64,
+}
+
+/// Writes the dots of one photo as a table `id,x,y,sigma_px,amplitude,score`, pixels.
+///
+/// # Errors
+/// [`IoError::Write`].
+pub fn write_dots(path: &Path, dots: &[Dot]) -> Result<(), IoError> {
+    let mut out = String::from("id,x,y,sigma_px,amplitude,score\n");
+    for (id, dot) in dots.iter().enumerate() {
+        let (x, y) = (dot.position.x, dot.position.y);
+        let (sigma, amplitude, score) = (dot.sigma_px, dot.amplitude, dot.score);
+        let _ = writeln!(out, "{id},{x:.5},{y:.5},{sigma:.4},{amplitude:.3},{score:.4}");
+    }
+    atomic::write(path, out.as_bytes())
 }
 
 /// The text of `matches.csv`: 5 digits after the point for lengths, empty cells where unknown.

@@ -45,6 +45,8 @@ pub struct Truth {
     pub rig: StereoRig,
     /// Depth of the subject at each pixel centre of the left photo, mm; NaN beside it.
     pub depth_mm: Raster<f32>,
+    /// Whether each of those pixels shows the face (all of the subject where none was named).
+    pub face: Raster<bool>,
     /// All dots of the pattern, row by row.
     pub dots: Vec<DotTruth>,
     /// The features in both photos (pixels), where the subject came with landmarks.
@@ -70,6 +72,13 @@ pub(super) fn gather(
         rasterize(&lamps.mesh, &cameras[0].0, &cameras[0].1, size)?,
         rasterize(&lamps.mesh, &cameras[1].0, &cameras[1].1, size)?,
     ];
+    let is_face = |corners: &[u32; 3]| {
+        subject.face.is_none_or(|face| corners.iter().all(|&i| face[i as usize]))
+    };
+    let face = Raster::from_fn(size.0, size.1, |x, y| {
+        let hit = seen[0].face.at(x, y) as usize;
+        hit < lamps.subject_faces && is_face(&lamps.mesh.faces[hit])
+    });
     let depth_mm = Raster::from_fn(size.0, size.1, |x, y| {
         let on = (seen[0].face.at(x, y) as usize) < lamps.subject_faces;
         if on { seen[0].depth_mm.at(x, y) } else { f32::NAN }
@@ -139,6 +148,7 @@ pub(super) fn gather(
         camera_from_model,
         rig: true_rig,
         depth_mm,
+        face,
         dots,
         features,
         feature_points,

@@ -25,8 +25,8 @@ use crate::camera::RectifiedRig;
 use crate::data::{Gray, Match};
 use crate::math::median;
 use crate::observer::{Event, Observer};
-use crate::settings;
 use crate::settings::{SettingsError, Value};
+use crate::{choices, settings};
 
 use bending::Bending;
 use binning::{Binning, binned, moved};
@@ -35,9 +35,21 @@ use image::{RowSpline, shifted_down, smoothed};
 use photometry::Scene;
 use prior::Sample;
 
+choices! {
+    /// How disparity is measured.
+    pub enum RefineMethod {
+        /// As the dots' positions say.
+        None = "none",
+        /// By matching the patterned photos themselves, at the dots and between them.
+        Photometric = "photometric",
+    }
+}
+
 settings! {
     /// Measuring disparity by image matching.
     pub struct RefineParams {
+        /// How disparity is measured; `none` skips the stage.
+        method: RefineMethod = RefineMethod::Photometric;
         /// Distance between neighbouring dots or stripes; measured from the matches when left out.
         pitch_px: Option<f64> = None, range 3.0..=400.0, unit "px";
         /// Half width of the windows matched at the dots, in pitches.

@@ -2,17 +2,23 @@
 
 use super::asset::{HalfHead, LANDMARKS};
 use super::sculpt::Sculpt;
-use crate::data::{Landmarks, Mesh};
+use crate::data::{Landmarks, Mesh, Rgb};
 use crate::math::Vec3;
 
 /// A mesh to bend to a face, with the places of the named features on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Template {
+    /// Its name: `head`, `head-coarse`, or that of its file.
+    pub name: String,
     /// The head in the model frame: x right as seen by the viewer, y up, z toward the viewer, mm,
     /// origin between the ears.
     pub mesh: Mesh,
     /// Vertices of the 18 features.
     pub landmarks: Landmarks,
+    /// The same head with fewer vertices, where there is one.
+    pub coarse: Option<Mesh>,
+    /// Its own texture, where it has one.
+    pub texture: Option<Rgb>,
 }
 
 /// Evaluates the sculpt at the half's vertices and adds the mirror image; vertices on the
@@ -52,5 +58,6 @@ pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {
             landmarks.insert((*name).to_owned(), i);
         }
     }
-    Template { mesh: Mesh { vertices, faces, uvs, face_uvs, colors: Vec::new() }, landmarks }
+    let mesh = Mesh { vertices, faces, uvs, face_uvs, colors: Vec::new() };
+    Template { mesh, landmarks, ..Template::default() }
 }

@@ -138,6 +138,13 @@ pub enum TemplateError {
     },
 }
 
+impl LoadedTemplate {
+    /// The template with its name and texture, ready for a run.
+    pub fn into_template(self) -> Template {
+        Template { name: self.name, texture: self.texture, ..self.template }
+    }
+}
+
 /// The template of a command line's `--template`: `head`, `head-coarse`, a preset with the user's
 /// file (`ict=FILE`, or `ict` and `file`), or a mesh file with its sidecar.
 ///
@@ -243,7 +250,7 @@ pub fn load_template(
     landmarks.extend(side.landmarks);
     let place = if side_path.exists() { &side_path } else { path };
     let landmarks = renumber(landmarks, count, &cropped.place_of, place)?;
-    let template = Template { mesh: cropped.mesh, landmarks };
+    let template = Template { mesh: cropped.mesh, landmarks, ..Template::default() };
     let height_mm = check_size(path, unit, &template)?;
     let missing = FEATURES.iter().filter(|f| !template.landmarks.contains_key(**f)).count();
     if missing > 0 {

@@ -4,6 +4,7 @@ mod base;
 mod curve;
 mod ear;
 mod eyes;
+#[cfg(test)]
 mod features;
 mod mouth;
 mod nose;
@@ -113,6 +114,7 @@ impl Sculpt {
         out
     }
 
+    #[cfg(test)]
     /// Height of the lip line on the midline.
     pub(super) fn lip_line(&self) -> f64 {
         self.mouth.line(0.0)

@@ -134,6 +134,7 @@ impl Ear {
         (angle, up.hypot(back) / self.root.at(angle))
     }
 
+    #[cfg(test)]
     /// Inverse of [`Self::polar`].
     pub(super) fn side_point(&self, angle: f64, fraction: f64) -> [f64; 2] {
         let r = fraction * self.root.at(angle);

@@ -80,6 +80,7 @@ impl Nose {
         }
     }
 
+    #[cfg(test)]
     /// Mask point on the ring of relative radius `r` around the nostril.
     pub(super) fn nostril_point(&self, angle: f64, r: f64) -> [f64; 2] {
         let s = &self.shape;
@@ -87,6 +88,7 @@ impl Nose {
         [s.nostril[0] + TILT.0 * a + TILT.1 * b, s.nostril[1] - TILT.1 * a + TILT.0 * b]
     }
 
+    #[cfg(test)]
     /// Mask point on the ring of relative radius `r` around the wing (angle 0 to the side).
     pub(super) fn wing_point(&self, angle: f64, r: f64) -> [f64; 2] {
         let s = &self.shape;
@@ -94,6 +96,7 @@ impl Nose {
         [s.wing[0] + (u + 0.25 * v) * s.wing_radii[0], s.wing[1] + v * s.wing_radii[1]]
     }
 
+    #[cfg(test)]
     /// Mask point of the most lateral place of the wing.
     pub(super) fn ala(&self) -> [f64; 2] {
         self.wing_point(0.0, 0.97)

@@ -1,0 +1,415 @@
+//! The arguments of every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Textured 3D face meshes from two stereo photographs under a projected pattern.
+#[derive(Parser)]
+#[command(name = "facerecon", version, propagate_version = true)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// Print results and errors only, no progress.
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// Print the result as JSON on stdout.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Number of threads; the result is the same for any.
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+}
+
+/// Where the parameters come from: a profile, a file, single settings, in this order.
+#[derive(Args, Clone, Default)]
+pub(crate) struct ParamArgs {
+    /// Set of methods and defaults: `precise` or `facebuilder` [default: precise].
+    #[arg(long)]
+    pub(crate) profile: Option<String>,
+    /// TOML file with parameters (see `facerecon params`).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// One parameter, e.g. `detect.method=thin`; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// Which generic head is fitted.
+#[derive(Args, Clone, Default)]
+pub(crate) struct TemplateArgs {
+    /// Mesh to fit instead of the built-in head: a file with `NAME.landmarks.toml` beside it, or a
+    /// known one as `PRESET=FILE` (see `facerecon template list`).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) template: Option<String>,
+}
+
+/// A capture: a folder or capture.toml, or the photographs themselves.
+#[derive(Args, Clone, Default)]
+pub(crate) struct CaptureArgs {
+    /// Capture folder or its capture.toml.
+    #[arg(value_name = "CAPTURE")]
+    pub(crate) capture: Option<PathBuf>,
+    /// Left photo with the pattern, instead of a capture folder.
+    #[arg(long, value_name = "IMAGE", requires = "right", conflicts_with = "capture")]
+    pub(crate) left: Option<PathBuf>,
+    /// Right photo with the pattern.
+    #[arg(long, value_name = "IMAGE", requires = "left")]
+    pub(crate) right: Option<PathBuf>,
+    /// Left photo without the pattern.
+    #[arg(long, value_name = "IMAGE", requires_all = ["left", "right_texture"])]
+    pub(crate) left_texture: Option<PathBuf>,
+    /// Right photo without the pattern.
+    #[arg(long, value_name = "IMAGE", requires_all = ["left", "left_texture"])]
+    pub(crate) right_texture: Option<PathBuf>,
+    /// Calibration of the rig (OpenCV YAML, XML or JSON); replaces the capture's own.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
+    /// Dots a row of the projected pattern [default: 85, or the capture's].
+    #[arg(long, value_name = "N")]
+    pub(crate) columns: Option<usize>,
+    /// Dots a column of the projected pattern [default: 64, or the capture's].
+    #[arg(long, value_name = "N")]
+    pub(crate) rows: Option<usize>,
+}
+
+/// Frame of the resulting coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FrameArg {
+    /// x right, y up, z toward the viewer; the face looks along +z.
+    Model,
+    /// x right, y down, z forward, origin at the left camera.
+    Camera,
+}
+
+/// The commands.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Simulate a capture, reconstruct it and compare with the truth: needs no input.
+    Demo(DemoArgs),
+    /// Write a commented capture.toml to fill in.
+    New {
+        /// Folder of the capture.
+        dir: PathBuf,
+    },
+    /// Say in words whether the photographs of a capture will do.
+    Check {
+        #[command(flatten)]
+        capture: CaptureArgs,
+    },
+    /// Reconstruct a capture: from photographs to a textured face.
+    Reconstruct(ReconstructArgs),
+    /// Reconstruct many captures; finished ones are not done again.
+    Batch(BatchArgs),
+    /// Write the image to project.
+    Pattern(PatternArgs),
+    /// Render a capture of a mesh under the projected pattern, with its truth.
+    Simulate(SimulateArgs),
+    /// Thesis filters: equalise, sharpen, threshold a photo.
+    Filter(FilterArgs),
+    /// Find the dots of one photo.
+    Detect(DetectArgs),
+    /// Find the corresponding dots of a capture.
+    Match(StageArgs),
+    /// Points in space from a table of matches.
+    Triangulate(TriangulateArgs),
+    /// Bring points to the generic head.
+    Register(RegisterArgs),
+    /// Bend the generic head to registered points.
+    Deform(DeformArgs),
+    /// Smooth a mesh.
+    Smooth(SmoothArgs),
+    /// Colour a mesh from the photographs of a capture.
+    Texture(TextureArgs),
+    /// Picture of a mesh from named views.
+    Render(RenderArgs),
+    /// Distances between two meshes, as they lie and after alignment.
+    Compare(CompareArgs),
+    /// Facts of an image, mesh, calibration or capture, as JSON.
+    Info {
+        /// The file or capture folder.
+        file: PathBuf,
+    },
+    /// Convert a mesh: OBJ, PLY, GLB, STL, VRML (read).
+    Convert {
+        /// Mesh to read.
+        input: PathBuf,
+        /// Mesh to write; the ending says the format.
+        output: PathBuf,
+    },
+    /// The built-in heads and the presets for known templates.
+    Template {
+        /// What to do with them.
+        #[command(subcommand)]
+        action: TemplateAction,
+    },
+    /// Print all parameters with their meaning, as TOML.
+    Params(ParamArgs),
+    /// Print the completions for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// `facerecon demo`.
+#[derive(Args)]
+pub(crate) struct DemoArgs {
+    /// Folder for the result.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Number of the simulated subject.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) subject: u64,
+    /// Also write the intermediate results of every stage.
+    #[arg(long)]
+    pub(crate) keep_stages: bool,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon reconstruct`.
+#[derive(Args)]
+pub(crate) struct ReconstructArgs {
+    #[command(flatten)]
+    pub(crate) capture: CaptureArgs,
+    /// Folder for the result.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Frame of the written coordinates.
+    #[arg(long, value_enum, default_value_t = FrameArg::Model)]
+    pub(crate) frame: FrameArg,
+    /// Also write the intermediate results of every stage.
+    #[arg(long)]
+    pub(crate) keep_stages: bool,
+    /// Mesh the measured points directly, without a template.
+    #[arg(long)]
+    pub(crate) surface: bool,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon batch`.
+#[derive(Args)]
+pub(crate) struct BatchArgs {
+    /// Capture folders, or one folder that holds them.
+    #[arg(required = true, value_name = "CAPTURE")]
+    pub(crate) captures: Vec<PathBuf>,
+    /// Folder for the results, one folder a capture.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Frame of the written coordinates.
+    #[arg(long, value_enum, default_value_t = FrameArg::Model)]
+    pub(crate) frame: FrameArg,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon pattern`.
+#[derive(Args)]
+pub(crate) struct PatternArgs {
+    /// PNG to write.
+    #[arg(long, short, value_name = "PNG")]
+    pub(crate) output: PathBuf,
+    /// One setting of the pattern, e.g. `columns=85`; may be repeated. `--set help` lists them.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// `facerecon simulate`.
+#[derive(Args)]
+pub(crate) struct SimulateArgs {
+    /// Mesh to photograph, in the model frame, mm [default: the built-in subject].
+    #[arg(value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Capture folder to write.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Number of the built-in subject.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) subject: u64,
+    /// One setting of the virtual rig, e.g. `distance_mm=1100`; may be repeated. `--set help` lists them.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// `facerecon filter`.
+#[derive(Args)]
+pub(crate) struct FilterArgs {
+    /// Photo to filter.
+    pub(crate) image: PathBuf,
+    /// PNG to write: the last step's picture.
+    #[arg(long, short, value_name = "PNG")]
+    pub(crate) output: PathBuf,
+    /// The step whose picture is written.
+    #[arg(long, value_enum, default_value_t = FilterStep::Threshold)]
+    pub(crate) step: FilterStep,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// A step of the thesis's preprocessing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FilterStep {
+    /// Histogram equalisation.
+    Equalize,
+    /// Eq. 2.1.
+    Sharpen,
+    /// White dots on black.
+    Threshold,
+    /// One pixel a dot.
+    Thin,
+}
+
+/// `facerecon detect`.
+#[derive(Args)]
+pub(crate) struct DetectArgs {
+    /// Photo with the pattern.
+    pub(crate) image: PathBuf,
+    /// CSV to write: `id,x,y,sigma_px,amplitude,score`.
+    #[arg(long, short, value_name = "CSV")]
+    pub(crate) output: Option<PathBuf>,
+    /// Picture of the photo with the dots marked.
+    #[arg(long, value_name = "PNG")]
+    pub(crate) picture: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// A stage that works on a capture and writes one file.
+#[derive(Args)]
+pub(crate) struct StageArgs {
+    #[command(flatten)]
+    pub(crate) capture: CaptureArgs,
+    /// File to write.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon triangulate`.
+#[derive(Args)]
+pub(crate) struct TriangulateArgs {
+    /// Table of matches (CSV with `xl,yl,xr,yr`), in the photos' pixels.
+    pub(crate) matches: PathBuf,
+    /// The capture the matches belong to.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: PathBuf,
+    /// Cloud to write (PLY), camera frame in mm, or model units without calibration.
+    #[arg(long, short, value_name = "PLY")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon register`.
+#[derive(Args)]
+pub(crate) struct RegisterArgs {
+    /// Cloud (PLY) in the camera frame, mm.
+    pub(crate) cloud: PathBuf,
+    /// Registered cloud to write (PLY), model frame; the transform goes beside it as JSON.
+    #[arg(long, short, value_name = "PLY")]
+    pub(crate) output: PathBuf,
+    /// The cloud is in model units already (made without calibration).
+    #[arg(long)]
+    pub(crate) model_units: bool,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon deform`.
+#[derive(Args)]
+pub(crate) struct DeformArgs {
+    /// Registered cloud (PLY), model frame.
+    pub(crate) cloud: PathBuf,
+    /// Mesh to write.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon smooth`.
+#[derive(Args)]
+pub(crate) struct SmoothArgs {
+    /// Mesh to smooth.
+    pub(crate) mesh: PathBuf,
+    /// Mesh to write.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon texture`.
+#[derive(Args)]
+pub(crate) struct TextureArgs {
+    /// Mesh with texture coordinates, in the camera frame, mm.
+    pub(crate) mesh: PathBuf,
+    /// The capture whose photographs colour it.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: PathBuf,
+    /// Textured mesh to write; PNG and MTL go beside it.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon render`.
+#[derive(Args)]
+pub(crate) struct RenderArgs {
+    /// Mesh to picture.
+    pub(crate) mesh: PathBuf,
+    /// Views, side by side: front, three-quarter, profile ...
+    #[arg(long, value_delimiter = ',', default_value = "front,three-quarter,profile")]
+    pub(crate) view: Vec<String>,
+    /// How it is drawn: shaded, textured, wireframe or heat.
+    #[arg(long, default_value = "shaded")]
+    pub(crate) mode: String,
+    /// Mesh to measure the heat map's distances against.
+    #[arg(long, value_name = "MESH")]
+    pub(crate) against: Option<PathBuf>,
+    /// Pixels a view, width and height.
+    #[arg(long, default_value_t = 600, value_name = "PX")]
+    pub(crate) size: usize,
+    /// PNG to write.
+    #[arg(long, short, value_name = "PNG")]
+    pub(crate) output: PathBuf,
+}
+
+/// `facerecon compare`.
+#[derive(Args)]
+pub(crate) struct CompareArgs {
+    /// Mesh whose surface is measured.
+    pub(crate) a: PathBuf,
+    /// Mesh it is measured against.
+    pub(crate) b: PathBuf,
+}
+
+/// `facerecon template`.
+#[derive(Subcommand)]
+pub(crate) enum TemplateAction {
+    /// The built-in heads and the presets.
+    List,
+    /// Write a built-in head with its landmarks.
+    Export {
+        /// `head` or `head-coarse`.
+        name: String,
+        /// Mesh to write; `NAME.landmarks.toml` goes beside it.
+        #[arg(long, short, value_name = "MESH")]
+        output: PathBuf,
+    },
+}

@@ -1,0 +1,75 @@
+//! One file a command; what they share is here.
+
+mod batch;
+mod capture;
+mod compare;
+mod demo;
+mod info;
+mod maker;
+mod params;
+mod picture;
+mod reconstruct;
+mod stage;
+mod template;
+
+use facerecon_core::params::Params;
+
+use crate::args::{Cli, Command, ParamArgs};
+use crate::failure::Failure;
+use crate::output::Terminal;
+
+/// Runs the command that was given.
+pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
+    match &cli.command {
+        Command::Demo(args) => demo::demo(args, cli.json, terminal),
+        Command::New { dir } => capture::new(dir, terminal),
+        Command::Check { capture } => capture::check(capture, cli.json, terminal),
+        Command::Reconstruct(args) => reconstruct::reconstruct(args, cli.json, terminal),
+        Command::Batch(args) => batch::batch(args, cli.json, terminal),
+        Command::Pattern(args) => maker::pattern(args, terminal),
+        Command::Simulate(args) => maker::simulate(args, terminal),
+        Command::Filter(args) => stage::filter(args, terminal),
+        Command::Detect(args) => stage::detect(args, cli.json, terminal),
+        Command::Match(args) => stage::find_matches(args, cli.json, terminal),
+        Command::Triangulate(args) => stage::triangulate(args, terminal),
+        Command::Register(args) => stage::register(args, cli.json, terminal),
+        Command::Deform(args) => stage::deform(args, terminal),
+        Command::Smooth(args) => stage::smooth(args, terminal),
+        Command::Texture(args) => stage::texture(args, terminal),
+        Command::Render(args) => picture::render(args, terminal),
+        Command::Compare(args) => compare::compare(args, cli.json, terminal),
+        Command::Info { file } => info::info(file, terminal),
+        Command::Convert { input, output } => info::convert(input, output, terminal),
+        Command::Template { action } => template::template(action, terminal),
+        Command::Params(args) => params::print(args, terminal),
+        Command::Completions { shell } => params::completions(*shell, terminal),
+    }
+}
+
+/// The parameters as the arguments ask for them.
+fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
+    let text = match &args.config {
+        Some(path) => Some(facerecon_core::io::read_text(path, "parameters")?),
+        None => None,
+    };
+    let sets = split_settings(&args.set)?;
+    Ok(Params::load(args.profile.as_deref(), text.as_deref(), &sets)?)
+}
+
+/// Parts `NAME=VALUE`.
+fn split_settings(settings: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    settings
+        .iter()
+        .map(|setting| match setting.split_once('=') {
+            Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
+            None => Err(Failure::usage(format!(
+                "--set {setting}: write NAME=VALUE, e.g. --set detect.method=thin"
+            ))),
+        })
+        .collect()
+}
+
+/// JSON for stdout.
+fn to_json(value: &serde_json::Value) -> String {
+    format!("{value:#}")
+}

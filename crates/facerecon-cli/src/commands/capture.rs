@@ -1,0 +1,82 @@
+//! `facerecon new`, `facerecon check`, and how all commands read a capture.
+
+use std::path::Path;
+
+use facerecon_core::check::{self, Verdict};
+use facerecon_core::io::capture::{
+    CaptureFiles, LoadedCapture, new_capture_toml, read_capture_with,
+};
+use facerecon_core::io::{IoError, atomic};
+use serde_json::json;
+
+use super::to_json;
+use crate::args::CaptureArgs;
+use crate::failure::Failure;
+use crate::output::Terminal;
+
+/// Reads the capture that the arguments name.
+pub(super) fn read(args: &CaptureArgs) -> Result<LoadedCapture, Failure> {
+    if args.capture.is_none() && args.left.is_none() {
+        return Err(Failure::usage(
+            "name a capture folder, or the photographs with --left and --right",
+        ));
+    }
+    let given = CaptureFiles {
+        left: args.left.clone(),
+        right: args.right.clone(),
+        left_texture: args.left_texture.clone(),
+        right_texture: args.right_texture.clone(),
+        calibration: args.calibration.clone(),
+        columns: args.columns,
+        rows: args.rows,
+        ..CaptureFiles::default()
+    };
+    Ok(read_capture_with(args.capture.as_deref(), &given)?)
+}
+
+/// Writes a commented capture.toml.
+pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
+    let file = folder.join("capture.toml");
+    if file.exists() {
+        let path = file.display();
+        return Err(Failure::usage(format!("{path} is there already; it is not overwritten")));
+    }
+    atomic::write(&file, new_capture_toml().as_bytes()).map_err(|e: IoError| e)?;
+    terminal.say(format!(
+        "wrote {}; put the photographs beside it, then run: facerecon check {}",
+        file.display(),
+        folder.display()
+    ));
+    Ok(())
+}
+
+/// Says whether the photographs will do.
+pub(super) fn check(args: &CaptureArgs, as_json: bool, terminal: &Terminal) -> Result<(), Failure> {
+    let loaded = read(args)?;
+    let report = check::check(&loaded.capture, &check::CheckParams::default());
+    if as_json {
+        terminal.result(&to_json(&json!({
+            "good": report.is_good() && loaded.warnings.is_empty(),
+            "findings": report.findings,
+            "warnings": loaded.warnings,
+        })));
+        return Ok(());
+    }
+    for warning in &loaded.warnings {
+        terminal.warning(warning);
+    }
+    for finding in &report.findings {
+        match finding.verdict {
+            Verdict::Good => terminal.result(&format!("good: {}", finding.message)),
+            _ => terminal
+                .result(&format!("WARNING: {}\n      -> {}", finding.message, finding.advice)),
+        }
+    }
+    let verdict = if report.is_good() {
+        "The photographs will do."
+    } else {
+        "The photographs can be better."
+    };
+    terminal.result(verdict);
+    Ok(())
+}

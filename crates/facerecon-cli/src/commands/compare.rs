@@ -1,0 +1,51 @@
+//! `facerecon compare`.
+
+use facerecon_core::compare::{self, Both, CompareParams, Comparison, Side};
+use facerecon_core::io;
+
+use super::to_json;
+use crate::args::CompareArgs;
+use crate::failure::Failure;
+use crate::output::Terminal;
+
+/// Distances between two meshes, as they lie and after alignment.
+pub(super) fn compare(
+    args: &CompareArgs,
+    as_json: bool,
+    terminal: &Terminal,
+) -> Result<(), Failure> {
+    let a = io::read_mesh(&args.a)?;
+    let b = io::read_mesh(&args.b)?;
+    let found =
+        compare::compare(&Side::whole(&a.mesh), &Side::whole(&b.mesh), &CompareParams::default())?;
+    if as_json {
+        terminal.result(&to_json(&serde_json::json!(found)));
+    } else {
+        terminal.result(&words(&found));
+    }
+    Ok(())
+}
+
+/// The comparison as a table, mm.
+fn words(found: &Comparison) -> String {
+    let mut text =
+        String::from("distances, mm             median    mean     p90     p99     max\n");
+    let mut rows = |name: &str, both: &Both| {
+        for (way, d) in [("A to B", &both.first_to_second), ("B to A", &both.second_to_first)] {
+            let label = format!("{name}, {way}");
+            text.push_str(&format!(
+                "{label:<24} {:>7.3} {:>7.3} {:>7.3} {:>7.3} {:>7.2}\n",
+                d.median_mm, d.mean_mm, d.p90_mm, d.p99_mm, d.max_mm
+            ));
+        }
+    };
+    rows("as they lie", &found.before);
+    if let Some(after) = &found.after {
+        rows("after alignment", after);
+        text.push_str(&format!(
+            "the alignment turns by {:.2} degrees and scales by {:.4}\n",
+            found.rotation_deg, found.scale
+        ));
+    }
+    text
+}

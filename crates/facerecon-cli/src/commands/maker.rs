@@ -1,0 +1,72 @@
+//! `facerecon pattern`, `facerecon simulate`.
+
+use facerecon_core::pattern::{PatternParams, pattern_image};
+use facerecon_core::settings::{self, Value};
+use facerecon_core::simulate::{SimulateParams, Subject, simulate as take_photos, write_simulated};
+use facerecon_core::{demo, io};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::split_settings;
+use crate::args::{PatternArgs, SimulateArgs};
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::progress::Progress;
+
+/// Writes the image to project.
+pub(super) fn pattern(args: &PatternArgs, terminal: &Terminal) -> Result<(), Failure> {
+    let Some(params) = own_settings::<PatternParams>(&args.set, terminal)? else { return Ok(()) };
+    io::image::write_png(&args.output, &pattern_image(&params)?)?;
+    terminal.say(format!("wrote {}", args.output.display()));
+    Ok(())
+}
+
+/// Renders a capture and writes its folder with the truth.
+pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), Failure> {
+    let Some(params) = own_settings::<SimulateParams>(&args.set, terminal)? else { return Ok(()) };
+    let progress = Progress::new(terminal.quiet);
+    let made = match &args.mesh {
+        Some(path) => {
+            let loaded = io::read_mesh(path)?;
+            let (mesh, texture) = (&loaded.mesh, loaded.texture.as_ref());
+            take_photos(
+                &Subject { mesh, texture, landmarks: None, face: None },
+                &params,
+                &progress,
+            )?
+        }
+        None => {
+            let (head, skin, face) = demo::person(args.subject);
+            let subject = Subject {
+                mesh: &head.mesh,
+                texture: Some(&skin),
+                landmarks: Some(&head.landmarks),
+                face: Some(&face),
+            };
+            take_photos(&subject, &params, &progress)?
+        }
+    };
+    write_simulated(&args.output, &made)?;
+    terminal.say(format!("wrote {}", args.output.display()));
+    Ok(())
+}
+
+/// The settings of a maker from `NAME=VALUE`s; `None` when the list itself was asked for.
+fn own_settings<T: Value + Serialize + DeserializeOwned + Default>(
+    given: &[String],
+    terminal: &Terminal,
+) -> Result<Option<T>, Failure> {
+    if given.iter().any(|s| s == "help") {
+        terminal.result(&settings::commented_toml(&T::default())?);
+        return Ok(None);
+    }
+    let mut table = toml::Table::new();
+    for (name, value) in split_settings(given)? {
+        settings::set::<T>(&mut table, &name, &value)?;
+    }
+    let params: T = table
+        .try_into()
+        .map_err(|e: toml::de::Error| settings::SettingsError::Malformed(e.message().to_owned()))?;
+    params.check("", None)?;
+    Ok(Some(params))
+}

@@ -1,0 +1,58 @@
+//! `facerecon render`.
+
+use facerecon_core::data::Mesh;
+use facerecon_core::io;
+use facerecon_core::render::{Frame, Heat, Mode, Scene, View, contact_sheet};
+use facerecon_core::spatial::SurfaceIndex;
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::output::Terminal;
+
+/// Draws a mesh from named views, side by side.
+pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failure> {
+    let views = args
+        .view
+        .iter()
+        .map(|name| View::named(name).ok_or_else(|| unknown("--view", name, View::NAMED)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mode = Mode::named(&args.mode).ok_or_else(|| unknown("--mode", &args.mode, Mode::NAMED))?;
+    let loaded = io::read_mesh(&args.mesh)?;
+    let distances = match (&args.against, mode) {
+        (Some(truth), _) => Some(distances_to(&loaded.mesh, &io::read_mesh(truth)?.mesh)),
+        (None, Mode::Heat) => {
+            return Err(Failure::usage("--mode heat needs --against MESH to measure distances to"));
+        }
+        (None, _) => None,
+    };
+    let scene = Scene {
+        texture: loaded.texture.as_ref(),
+        heat: distances.as_deref().map(|values| Heat { values, limit: None, unit: "mm" }),
+        frame: frame_of(&loaded.mesh),
+        ..Scene::new(&loaded.mesh)
+    };
+    let sheet = contact_sheet(&scene, &views, mode, (args.size, args.size))?;
+    io::image::write_png(&args.output, &sheet)?;
+    terminal.say(format!("wrote {}", args.output.display()));
+    Ok(())
+}
+
+fn unknown<T>(flag: &str, name: &str, choices: &[(&str, T)]) -> Failure {
+    let names: Vec<_> = choices.iter().map(|c| c.0).collect();
+    Failure::usage(format!("{flag} {name}: take one of {}", names.join(", ")))
+}
+
+/// Distance of every vertex to another mesh's surface.
+fn distances_to(mesh: &Mesh, truth: &Mesh) -> Vec<f64> {
+    let index = SurfaceIndex::new(truth);
+    let distance = |v| index.as_ref().and_then(|i| i.closest(v)).map_or(f64::NAN, |c| c.distance);
+    mesh.vertices.iter().map(distance).collect()
+}
+
+/// A mesh far in front of the origin along z was written in the camera frame.
+fn frame_of(mesh: &Mesh) -> Frame {
+    match mesh.bounds() {
+        Some((low, high)) if low.z > (high - low).norm() => Frame::Camera,
+        _ => Frame::Model,
+    }
+}

@@ -1,0 +1,236 @@
+//! Many captures: one outcome a capture, finished ones are not done again.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::error::Error;
+use crate::io::{self, IoError};
+use crate::params::Params;
+use crate::pipeline::reconstruct;
+use crate::record::Recorder;
+use crate::render::Frame;
+use crate::result;
+use crate::template::Template;
+
+/// How a capture of a batch ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Reconstructed now.
+    Done,
+    /// Reconstructed before from the same input with the same parameters.
+    Kept,
+    /// Could not be reconstructed.
+    Failed,
+}
+
+/// What came of one capture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Name of the capture and of its result folder.
+    pub name: String,
+    /// How it ended.
+    pub status: Status,
+    /// Matches found.
+    pub matches: Option<u64>,
+    /// Width of the face, mm.
+    pub face_width_mm: Option<f64>,
+    /// Height of the face, mm.
+    pub face_height_mm: Option<f64>,
+    /// Time of the run, ms.
+    pub total_ms: Option<f64>,
+    /// Number of warnings.
+    pub warnings: usize,
+    /// Why it failed.
+    pub error: Option<String>,
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (&self.error, self.status) {
+            (Some(error), _) => write!(f, "{}: {error}", self.name),
+            (None, Status::Kept) => write!(f, "{}: kept from an earlier run", self.name),
+            (None, _) => write!(f, "{}: {} matches", self.name, self.matches.unwrap_or(0)),
+        }
+    }
+}
+
+/// File beside a result that says from what it was made.
+const FINGERPRINT: &str = "fingerprint.txt";
+
+/// Reconstructs one capture of a batch into `output/NAME`, unless the result is there already,
+/// made from the same files with the same parameters, template and version.
+pub fn run(
+    capture: &Path,
+    output: &Path,
+    head: &Template,
+    params: &Params,
+    frame: Frame,
+) -> Outcome {
+    let name = name_of(capture);
+    let folder = output.join(&name);
+    match reconstruct_or_keep(capture, &folder, head, params, frame) {
+        Ok(status) => read_outcome(name, status, &folder),
+        Err(error) => Outcome {
+            name,
+            status: Status::Failed,
+            matches: None,
+            face_width_mm: None,
+            face_height_mm: None,
+            total_ms: None,
+            warnings: 0,
+            error: Some(error.to_string()),
+        },
+    }
+}
+
+fn name_of(capture: &Path) -> String {
+    let folder = if capture.is_file() { capture.parent().unwrap_or(capture) } else { capture };
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    whole.file_name().map_or_else(|| "capture".into(), |n| n.to_string_lossy().into_owned())
+}
+
+fn reconstruct_or_keep(
+    capture: &Path,
+    folder: &Path,
+    head: &Template,
+    params: &Params,
+    frame: Frame,
+) -> Result<Status, Error> {
+    let loaded = io::capture::read_capture(capture)?;
+    let print = fingerprint(&loaded.sources, head, params, frame)?;
+    let beside = folder.join(FINGERPRINT);
+    let same = std::fs::read_to_string(&beside).is_ok_and(|old| old.trim() == print);
+    if same && folder.join("result.json").is_file() {
+        return Ok(Status::Kept);
+    }
+    // a stale mark must not outlive the files it spoke of
+    if beside.exists() {
+        std::fs::remove_file(&beside)
+            .map_err(|source| IoError::Write { path: beside.clone(), source })?;
+    }
+    let recorder = Recorder::default();
+    let mut found = reconstruct(&loaded.capture, head, params, &recorder)?;
+    found.warnings.splice(0..0, loaded.warnings);
+    result::write(folder, &loaded.capture, &found, &recorder.take(), frame, false)?;
+    io::atomic::write(&beside, format!("{print}\n").as_bytes())?;
+    Ok(Status::Done)
+}
+
+/// A digest of everything a result follows from.
+///
+/// # Errors
+/// [`IoError::Read`] naming a source that cannot be read.
+pub fn fingerprint(
+    sources: &[PathBuf],
+    head: &Template,
+    params: &Params,
+    frame: Frame,
+) -> Result<String, Error> {
+    let mut digest = Sha256::new();
+    let mut part = |bytes: &[u8]| {
+        digest.update((bytes.len() as u64).to_le_bytes());
+        digest.update(bytes);
+    };
+    part(env!("CARGO_PKG_VERSION").as_bytes());
+    part(frame.to_string().as_bytes());
+    part(params.to_toml()?.as_bytes());
+    for v in &head.mesh.vertices {
+        v.iter().for_each(|c| part(&c.to_le_bytes()));
+    }
+    for source in sources {
+        let bytes =
+            std::fs::read(source).map_err(|e| IoError::Read { path: source.clone(), source: e })?;
+        part(&bytes);
+    }
+    Ok(digest.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}
+
+fn read_outcome(name: String, status: Status, folder: &Path) -> Outcome {
+    let facts: serde_json::Value = std::fs::read_to_string(folder.join("result.json"))
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
+    Outcome {
+        name,
+        status,
+        matches: facts["matches"].as_u64(),
+        face_width_mm: facts["face_width_mm"].as_f64(),
+        face_height_mm: facts["face_height_mm"].as_f64(),
+        total_ms: facts["timings_ms"]["total"].as_f64(),
+        warnings: facts["warnings"].as_array().map_or(0, Vec::len),
+        error: None,
+    }
+}
+
+const COLUMNS: [&str; 8] = [
+    "name",
+    "status",
+    "matches",
+    "face_width_mm",
+    "face_height_mm",
+    "total_ms",
+    "warnings",
+    "error",
+];
+
+fn cells(outcome: &Outcome) -> [String; 8] {
+    let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
+    let status = match outcome.status {
+        Status::Done => "done",
+        Status::Kept => "kept",
+        Status::Failed => "failed",
+    };
+    [
+        outcome.name.clone(),
+        status.to_owned(),
+        outcome.matches.map_or(String::new(), |m| m.to_string()),
+        number(outcome.face_width_mm),
+        number(outcome.face_height_mm),
+        number(outcome.total_ms),
+        outcome.warnings.to_string(),
+        outcome.error.clone().unwrap_or_default(),
+    ]
+}
+
+/// The outcomes as a CSV table.
+pub fn to_csv(outcomes: &[Outcome]) -> String {
+    let quote = |cell: &String| {
+        if cell.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", cell.replace('"', "\"\""))
+        } else {
+            cell.clone()
+        }
+    };
+    let mut text = format!("{}\n", COLUMNS.join(","));
+    for outcome in outcomes {
+        text.push_str(&cells(outcome).iter().map(quote).collect::<Vec<_>>().join(","));
+        text.push('\n');
+    }
+    text
+}
+
+/// The outcomes as an HTML table with links to the reports.
+pub fn to_html(outcomes: &[Outcome]) -> String {
+    let escape = |s: &str| s.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    let mut text = String::from(
+        "<!doctype html><meta charset=\"utf-8\"><title>facerecon batch</title>\
+         <style>body{font:15px system-ui,sans-serif;margin:2rem}td,th{padding:.2rem .8rem;text-align:left}</style><table><tr>",
+    );
+    COLUMNS.iter().for_each(|c| text.push_str(&format!("<th>{c}</th>")));
+    for outcome in outcomes {
+        text.push_str("</tr>\n<tr>");
+        for (i, cell) in cells(outcome).iter().enumerate() {
+            let cell = escape(cell);
+            if i == 0 && outcome.error.is_none() {
+                text.push_str(&format!("<td><a href=\"{cell}/report.html\">{cell}</a></td>"));
+            } else {
+                text.push_str(&format!("<td>{cell}</td>"));
+            }
+        }
+    }
+    text.push_str("</tr></table>\n");
+    text
+}

@@ -1,0 +1,116 @@
+//! The demo: a made-up person before the virtual rig, reconstructed and held against the truth.
+
+use crate::compare::Distances;
+use crate::data::Rgb;
+use crate::error::Error;
+use crate::math::Vec3;
+use crate::observer::Observer;
+use crate::params::Params;
+use crate::pattern::PatternParams;
+use crate::pipeline::{Reconstruction, reconstruct};
+use crate::render::{self, Mode, Scene, View, contact_sheet};
+use crate::simulate::{self, SimulateParams, Simulated, simulate};
+use crate::spatial::SurfaceIndex;
+use crate::template::{self, Template};
+
+/// Edge of the skin's texture.
+const SKIN_PX: usize = 1024;
+/// The face begins this far before the ears, mm.
+const BEFORE_EARS_MM: f64 = 22.0;
+
+/// A simulated capture, what was reconstructed from it, and how far that is from the truth.
+#[derive(Clone, Debug)]
+pub struct Demo {
+    /// The capture and its truth.
+    pub simulated: Simulated,
+    /// What was reconstructed.
+    pub found: Reconstruction,
+    /// Distance of the true face's surface, where both cameras see it, from the reconstructed mesh, mm.
+    pub error: Distances,
+}
+
+/// A made-up person ready for the virtual rig: head, skin as an sRGB texture, and which vertices
+/// belong to the face (before the ears, from the hairline to the chin).
+pub fn person(seed: u64) -> (Template, Rgb, Vec<bool>) {
+    let subject = template::subject(seed);
+    let skin = subject
+        .albedo(SKIN_PX)
+        .map(|c| c.map(|v| render::srgb_from_linear(f64::from(v)).round() as u8));
+    let face = face_region(&subject.head);
+    (subject.head, skin, face)
+}
+
+/// Simulates, reconstructs, compares.
+///
+/// # Errors
+/// [`Error`] of the stage that could not do its work.
+pub fn demo(seed: u64, params: &Params, observer: &dyn Observer) -> Result<Demo, Error> {
+    let (head, skin, face) = person(seed);
+    let subject = simulate::Subject {
+        mesh: &head.mesh,
+        texture: Some(&skin),
+        landmarks: Some(&head.landmarks),
+        face: Some(&face),
+    };
+    let rig = SimulateParams { pattern: PatternParams::default(), seed, ..Default::default() };
+    let simulated = simulate(&subject, &rig, observer)?;
+    let found = reconstruct(&simulated.capture, &template::built_in(), params, observer)?;
+    let error = face_error(&simulated, &found)
+        .ok_or_else(|| Error::Input("demo: no part of the true face is seen".into()))?;
+    Ok(Demo { simulated, found, error })
+}
+
+/// Distances from the true face's dots seen by both cameras, and the surface between them, to the
+/// reconstructed mesh.
+fn face_error(simulated: &Simulated, found: &Reconstruction) -> Option<Distances> {
+    let mesh = found.mesh_in(render::Frame::Camera);
+    let index = SurfaceIndex::new(&mesh)?;
+    let truth = &simulated.truth;
+    let camera = truth.rig.left;
+    let (width, height) = truth.depth_mm.size();
+    let mut distances = Vec::new();
+    for y in (0..height).step_by(2) {
+        for x in (0..width).step_by(2) {
+            let z = f64::from(truth.depth_mm.at(x, y));
+            if truth.face.at(x, y) && z.is_finite() {
+                let p: Vec3 = camera.ray(crate::math::Vec2::new(x as f64, y as f64)) * z;
+                distances.extend(index.closest(&p).map(|c| c.distance));
+            }
+        }
+    }
+    Distances::of(&distances)
+}
+
+fn face_region(head: &Template) -> Vec<bool> {
+    let at = |name: &str| head.landmarks.get(name).map(|&i| head.mesh.vertices[i]);
+    let (Some(ear), Some(chin), Some(forehead)) =
+        (at("ear_left_upper"), at("chin"), at("forehead"))
+    else {
+        return vec![true; head.mesh.vertices.len()];
+    };
+    let inside =
+        |v: &Vec3| v.z > ear.z + BEFORE_EARS_MM && v.y > chin.y - 4.0 && v.y < forehead.y + 6.0;
+    head.mesh.vertices.iter().map(inside).collect()
+}
+
+/// The true and the reconstructed face side by side: shaded, textured.
+///
+/// # Errors
+/// [`Error::Render`] for a mesh that cannot be drawn.
+pub fn picture(demo: &Demo, skin: &Rgb) -> Result<Rgb, Error> {
+    const CELL: (usize, usize) = (360, 420);
+    let views = [View::Front, View::ThreeQuarter, View::Profile];
+    let truth =
+        demo.simulated.truth.mesh.transformed(&demo.simulated.truth.camera_from_model.inverse());
+    let true_face = Scene { texture: Some(skin), ..Scene::new(&truth) };
+    let texture = demo.found.texture.as_ref().map(|t| &t.image);
+    let ours = Scene { texture, ..Scene::new(&demo.found.mesh) };
+    let textured = if texture.is_some() { Mode::Lit } else { Mode::Shaded };
+    let rows = [
+        contact_sheet(&true_face, &views, Mode::Lit, CELL)?,
+        contact_sheet(&ours, &views, textured, CELL)?,
+        contact_sheet(&true_face, &views, Mode::Shaded, CELL)?,
+        contact_sheet(&ours, &views, Mode::Shaded, CELL)?,
+    ];
+    Ok(render::tile(&rows, 1)?)
+}

@@ -1,0 +1,197 @@
+//! What each stage is given, gathered from what came before.
+
+use crate::camera::{Pinhole, Rectification, RectifiedRig};
+use crate::data::{Capture, Cloud, Match, Mesh, Pair, Photo, Rgb, Seeds};
+use crate::math::{Similarity, Vec2, Vec3};
+use crate::spatial::PointIndex;
+use crate::stages::correspond::CorrespondInput;
+use crate::stages::detect::Detection;
+use crate::stages::rectify::Rectified;
+use crate::stages::refine::Refined;
+use crate::stages::register::Registration;
+use crate::stages::texture::TexturePhoto;
+use crate::template::Template;
+
+/// The points of a run: those of the matches, those of the marked features, and all measured.
+pub(super) struct Points {
+    /// One for each match.
+    pub(super) dots: Cloud,
+    /// All that were measured: the dense surface where there is one, else the dots.
+    pub(super) all: Cloud,
+    /// Marked features with their names.
+    pub(super) features: Vec<(String, Vec3)>,
+}
+
+pub(super) fn correspond<'a>(
+    capture: &'a Capture,
+    level: &'a Rectified,
+    left: &'a Detection,
+    right: &'a Detection,
+) -> CorrespondInput<'a> {
+    let views = &level.rectification;
+    let pair = |p: Pair| Pair {
+        left: views.left.to_rectified(p.left),
+        right: views.right.to_rectified(p.right),
+    };
+    CorrespondInput {
+        left: &left.dots,
+        right: &right.dots,
+        spacing_px: 0.5 * (left.spacing_px + right.spacing_px),
+        images: [&level.left, &level.right],
+        plain: level.plain.as_ref().map(|[l, r]| [l, r]),
+        pattern: &capture.pattern,
+        seeds: capture.seeds.map(|s| Seeds {
+            head: pair(s.head),
+            left_ear: pair(s.left_ear),
+            right_ear: pair(s.right_ear),
+        }),
+        rig: level.rectification.rig.as_ref(),
+    }
+}
+
+/// The marked features as matches in rectified pixels.
+pub(super) fn features(capture: &Capture, views: &Rectification) -> Vec<(String, Match)> {
+    let rectified = |pair: &Pair| Match {
+        left: views.left.to_rectified(pair.left),
+        right: views.right.to_rectified(pair.right),
+        lattice: None,
+        sigma_px: 0.0,
+        score: 1.0,
+    };
+    capture.features.iter().map(|(name, pair)| (name.clone(), rectified(pair))).collect()
+}
+
+/// Matches and features in one list, so that both get the same units.
+pub(super) fn with_features(matches: &[Match], features: &[(String, Match)]) -> Vec<Match> {
+    matches.iter().copied().chain(features.iter().map(|f| f.1)).collect()
+}
+
+/// Parts the triangulated list again, and lays the dense surface out in space.
+pub(super) fn points(
+    cloud: &Cloud,
+    matches: &[Match],
+    features: &[(String, Match)],
+    dense: Option<&Refined>,
+    rig: Option<&RectifiedRig>,
+) -> Points {
+    let count = matches.len().min(cloud.len());
+    let dots = Cloud::from_points(cloud.points[..count].to_vec());
+    let names = features.iter().map(|f| f.0.clone());
+    let features = names.zip(cloud.points[count..].iter().copied()).collect();
+    let all = match (dense, rig) {
+        (Some(dense), Some(rig)) => super::dense::cloud(dense, rig),
+        _ => dots.clone(),
+    };
+    Points { dots, all, features }
+}
+
+/// Measured features with their places on the template.
+pub(super) fn feature_points(
+    features: &[(String, Vec3)],
+    template: &Template,
+) -> Vec<(Vec3, Vec3)> {
+    features
+        .iter()
+        .filter_map(|(name, p)| Some((*p, template.mesh.vertices[*template.landmarks.get(name)?])))
+        .collect()
+}
+
+/// The template in the size of the subject, and the rigid motion into its frame: the measured
+/// lengths stay what they are.
+pub fn to_scale(template: &Template, pose: &Registration, metric: bool) -> (Mesh, Similarity) {
+    let scale = pose.model_from_data.scale;
+    if !metric || scale == 1.0 {
+        return (template.mesh.clone(), pose.model_from_data);
+    }
+    let shrink = Similarity { scale: 1.0 / scale, ..Similarity::identity() };
+    (template.mesh.transformed(&shrink), shrink.compose(&pose.model_from_data))
+}
+
+/// One data point a vertex (thesis section 3.2), in the frame and size of `head`.
+pub(super) fn assignments(
+    pose: &Registration,
+    dots: &Cloud,
+    template: &Mesh,
+    head_from_camera: &Similarity,
+) -> Vec<(usize, Vec3)> {
+    let head_from_model = head_from_camera.compose(&pose.model_from_data.inverse());
+    let goals = pose.assignments(dots, template);
+    goals.into_iter().map(|(vertex, p)| (vertex, head_from_model.apply(&p))).collect()
+}
+
+/// Vertices of the marked features with their measured places in the model frame.
+pub(super) fn feature_goals(
+    features: &[(String, Vec3)],
+    template: &Template,
+    model_from_camera: &Similarity,
+) -> Vec<(usize, Vec3)> {
+    features
+        .iter()
+        .filter_map(|(name, p)| Some((*template.landmarks.get(name)?, model_from_camera.apply(p))))
+        .collect()
+}
+
+/// A photo for the texture, with what the stage borrows from it.
+pub(crate) struct PlainPhoto<'a> {
+    image: &'a Rgb,
+    camera: Option<(Pinhole, Similarity)>,
+    dots: Vec<(usize, Vec2)>,
+}
+
+impl PlainPhoto<'_> {
+    pub(crate) fn lend(&self) -> TexturePhoto<'_> {
+        TexturePhoto { image: self.image, camera: self.camera, dots: &self.dots }
+    }
+}
+
+/// The photos without the pattern, left and right first, with their cameras where known.
+pub(crate) fn photos<'a>(
+    capture: &'a Capture,
+    plain: &'a [Photo; 2],
+    camera_from_mesh: &Similarity,
+) -> Vec<PlainPhoto<'a>> {
+    let pair = |i: usize| {
+        let rig = capture.rig.as_ref()?;
+        Some(match i {
+            0 => (rig.left, *camera_from_mesh),
+            _ => (rig.right, rig.right_from_left.compose(camera_from_mesh)),
+        })
+    };
+    let extra = capture.extra.iter().map(|e| PlainPhoto {
+        image: &e.photo.rgb,
+        camera: capture
+            .rig
+            .is_some()
+            .then(|| (e.camera, e.camera_from_left.compose(camera_from_mesh))),
+        dots: Vec::new(),
+    });
+    let pair = plain.iter().enumerate().map(|(i, photo)| PlainPhoto {
+        image: &photo.rgb,
+        camera: pair(i),
+        dots: Vec::new(),
+    });
+    pair.chain(extra).collect()
+}
+
+/// Tells the photos where the matched dots lie in them and which vertex of the finished mesh each
+/// is nearest to.
+pub(super) fn place_dots(
+    photos: &mut [PlainPhoto<'_>],
+    mesh: &Mesh,
+    matches: &[Match],
+    dots: &Cloud,
+    pose: &Registration,
+    views: &Rectification,
+    model_from_camera: &Similarity,
+) {
+    let Some(index) = PointIndex::<3>::new(&mesh.vertices) else { return };
+    let [left, right, ..] = photos else { return };
+    for &i in &pose.inliers {
+        let (Some(m), Some(point)) = (matches.get(i), dots.points.get(i)) else { continue };
+        let p = model_from_camera.apply(point);
+        if let Some(vertex) = index.nearest(&[p.x, p.y, p.z]).map(|n| n.index) {
+            left.dots.push((vertex, views.left.to_photo(m.left)));
+            right.dots.push((vertex, views.right.to_photo(m.right)));
+        }
+    }
+}

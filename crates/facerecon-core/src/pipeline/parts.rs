@@ -1,0 +1,123 @@
+//! Parts of the pipeline that make sense alone: for the commands and functions of single stages.
+
+use super::inputs;
+pub use super::inputs::to_scale;
+use crate::camera::Rectification;
+use crate::data::{Capture, Gray, Match, Mesh};
+use crate::error::Error;
+use crate::math::{Similarity, Vec2};
+use crate::observer::Observer;
+use crate::params::Params;
+use crate::stages::correspond::correspond;
+use crate::stages::detect::{DetectMethod, Detection, detect};
+use crate::stages::filter::filter;
+use crate::stages::rectify::{Rectified, rectify};
+use crate::stages::texture::{Texture, TextureInput, texture};
+use crate::stages::triangulate::{Triangulated, triangulate};
+use crate::template::Template;
+
+/// The matches of a capture.
+#[derive(Clone, Debug)]
+pub struct Matched {
+    /// The matches, rectified pixels.
+    pub matches: Vec<Match>,
+    /// How photo and rectified pixels belong together.
+    pub rectification: Rectification,
+    /// Dots found in the left and the right photo.
+    pub dots: [usize; 2],
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// The dots of one photo: after the thesis's preprocessing where `detect.method` is `thin`, else
+/// from the photo itself.
+///
+/// # Errors
+/// Those of the stages filter and detect.
+pub fn dots(image: &Gray, params: &Params, observer: &dyn Observer) -> Result<Detection, Error> {
+    if params.detect.method == DetectMethod::Thin {
+        let filtered = filter(image, &params.filter, observer)?;
+        Ok(detect(&filtered.binary, &params.detect, observer)?)
+    } else {
+        Ok(detect(image, &params.detect, observer)?)
+    }
+}
+
+/// Rectify, detect, correspond.
+///
+/// # Errors
+/// Those of these stages.
+pub fn find_matches(
+    capture: &Capture,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Matched, Error> {
+    let level: Rectified = rectify(capture, &params.rectify, observer)?;
+    let left = dots(&level.left, params, observer)?;
+    let right = dots(&level.right, params, observer)?;
+    let input = inputs::correspond(capture, &level, &left, &right);
+    let found = correspond(&input, &params.correspond, observer)?;
+    let warnings = level.warnings.iter().chain(&found.warnings).cloned().collect();
+    Ok(Matched {
+        matches: found.matches,
+        rectification: level.rectification,
+        dots: [left.dots.len(), right.dots.len()],
+        warnings,
+    })
+}
+
+/// Points from pairs in the photos' own pixels.
+///
+/// # Errors
+/// Those of the stages rectify and triangulate.
+pub fn triangulate_photo_pairs(
+    capture: &Capture,
+    pairs: &[(Vec2, Vec2)],
+    template: &Template,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Triangulated, Error> {
+    let views = rectify(capture, &params.rectify, observer)?.rectification;
+    let matches: Vec<Match> = pairs
+        .iter()
+        .map(|(left, right)| Match {
+            left: views.left.to_rectified(*left),
+            right: views.right.to_rectified(*right),
+            lattice: None,
+            sigma_px: 0.0,
+            score: 1.0,
+        })
+        .collect();
+    let rig = views.rig.as_ref();
+    Ok(triangulate(&matches, rig, &template.mesh, &params.triangulate, observer)?)
+}
+
+/// Colours a mesh of the camera frame (mm) from the photographs of a calibrated capture.
+///
+/// # Errors
+/// [`Error::Input`] without a pair without the pattern or without calibration; those of texture.
+pub fn texture_mesh(
+    capture: &Capture,
+    mesh: &Mesh,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Texture, Error> {
+    let Some(plain) = &capture.plain else {
+        return Err(Error::Input(
+            "texture: the capture has no pair without the pattern; add left_texture and \
+             right_texture to capture.toml"
+                .into(),
+        ));
+    };
+    if capture.rig.is_none() {
+        return Err(Error::Input(
+            "texture: a mesh alone can only be coloured with calibrated cameras; add [rig] to \
+             capture.toml"
+                .into(),
+        ));
+    }
+    let photos = inputs::photos(capture, plain, &Similarity::identity());
+    let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
+    let input = TextureInput { mesh, photos: &photos, template_texture: None };
+    Ok(texture(&input, &params.texture, observer)?)
+}

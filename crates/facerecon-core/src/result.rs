@@ -1,0 +1,183 @@
+//! What a run leaves on disk: the files of a result folder, each whole or not at all.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::camera::Rectification;
+use crate::data::{Capture, Match, Mesh};
+use crate::error::Error;
+use crate::io;
+use crate::io::table::MatchRow;
+use crate::math::{Similarity, Vec3};
+use crate::pipeline::Reconstruction;
+use crate::record::Record;
+use crate::render::Frame;
+use crate::report;
+
+/// Lengths of the face, millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceSize {
+    /// Between the upper ear connections.
+    pub width_mm: f64,
+    /// From the saddle of the nose to the chin.
+    pub height_mm: f64,
+}
+
+impl Reconstruction {
+    /// The face in a frame.
+    pub fn mesh_in(&self, frame: Frame) -> Mesh {
+        match frame {
+            Frame::Model => self.mesh.clone(),
+            Frame::Camera => self.mesh.transformed(&self.model_from_camera.inverse()),
+        }
+    }
+
+    /// Width and height of the face; `None` without metric units or without the features.
+    pub fn face_size(&self) -> Option<FaceSize> {
+        let at = |name: &str| self.mesh.vertices.get(*self.landmarks.get(name)?).copied();
+        let between = |a: &str, b: &str| -> Option<f64> { Some((at(a)? - at(b)?).norm()) };
+        if !self.metric {
+            return None;
+        }
+        Some(FaceSize {
+            width_mm: between("ear_left_upper", "ear_right_upper")?,
+            height_mm: between("nose_saddle", "chin")?,
+        })
+    }
+
+    /// The facts of the run as `result.json` holds them.
+    pub fn to_json(&self) -> Value {
+        let mut timings = serde_json::Map::new();
+        for (stage, ms) in &self.timings_ms {
+            timings.insert(stage.clone(), json!(round(*ms, 2)));
+        }
+        let total: f64 = self.timings_ms.iter().map(|t| t.1).sum();
+        timings.insert("total".into(), json!(round(total, 2)));
+        let size = self.face_size();
+        let pose = &self.registration;
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "dots": { "left": self.dots[0], "right": self.dots[1] },
+            "matches": self.matches.len(),
+            "points": self.cloud.len(),
+            "vertices": self.mesh.vertices.len(),
+            "faces": self.mesh.faces.len(),
+            "metric": self.metric,
+            "unit": if self.metric { "mm" } else { "model units" },
+            "face_width_mm": size.map(|s| round(s.width_mm, 2)),
+            "face_height_mm": size.map(|s| round(s.height_mm, 2)),
+            "model_from_camera": self.model_from_camera.to_rows(),
+            "registration": {
+                "method": self.params.register.method,
+                "iterations": pose.iterations,
+                "start_iterations": pose.start_iterations,
+                "coarse_iterations": pose.coarse_iterations,
+                "termination": pose.termination,
+                "from_features": pose.from_features,
+                "rms_before": round(pose.rms_before, 4),
+                "rms_after": round(pose.rms_after, 4),
+                "inliers": pose.inliers.len(),
+                "error_history": pose.history.iter().map(|e| round(*e, 5)).collect::<Vec<_>>(),
+            },
+            "rows": {
+                "offset_px": round(self.rows.offset_px, 3),
+                "roll_deg": round(self.rows.roll_deg, 4),
+                "scale": round(self.rows.scale, 6),
+                "residual_px": self.rows.residual_px.map(|r| round(r, 3)),
+                "corrected": self.rows.corrected,
+            },
+            "timings_ms": timings,
+            "warnings": self.warnings,
+            "params": self.params,
+        })
+    }
+}
+
+fn round(value: f64, digits: i32) -> f64 {
+    let k = 10f64.powi(digits);
+    (value * k).round() / k
+}
+
+/// Writes the result of a run into a folder. `record`, where given, holds what the stages showed;
+/// with `keep_stages` it is written to `stages/`.
+///
+/// # Errors
+/// [`Error::File`] naming the file that could not be written.
+pub fn write(
+    folder: &Path,
+    capture: &Capture,
+    result: &Reconstruction,
+    record: &Record,
+    frame: Frame,
+    keep_stages: bool,
+) -> Result<(), Error> {
+    let mesh = result.mesh_in(frame);
+    let png = match &result.texture {
+        Some(texture) => Some(io::encode_png(&texture.image).map_err(|f| f.in_file(folder))?),
+        None => None,
+    };
+    match &png {
+        Some(png) => io::obj::write_with(&folder.join("face.obj"), &mesh, "texture.png", png)?,
+        None => io::obj::write(&folder.join("face.obj"), &mesh, None)?,
+    }
+    let glb = io::glb::encode(&mesh, png.as_deref());
+    io::atomic::write(&folder.join("face.glb"), &glb)?;
+    let cloud = match frame {
+        Frame::Model => result.cloud.transformed(&result.model_from_camera),
+        Frame::Camera => result.cloud.clone(),
+    };
+    let unit = if result.metric { "millimetres" } else { "model units" };
+    let comment = format!("measured points, {frame} frame, {unit}");
+    io::ply::write_cloud(&folder.join("cloud.ply"), &cloud, &comment)?;
+    io::table::write_matches(&folder.join("matches.csv"), &match_rows(result, frame))?;
+    for (name, depth) in ["depth_left.png", "depth_right.png"].iter().zip(&result.depth) {
+        io::image::write_png(&folder.join(name), &depth.to_u8())?;
+    }
+    if let Some(texture) = &result.texture {
+        io::image::write_png(&folder.join("coverage.png"), &texture.coverage)?;
+    }
+    if keep_stages {
+        record.write(&folder.join("stages"))?;
+    }
+    let html = report::html(capture, result, record);
+    io::atomic::write(&folder.join("report.html"), html.as_bytes())?;
+    let text = serde_json::to_string_pretty(&result.to_json())
+        .map_err(|e| Error::Input(format!("result.json: {e}")))?;
+    // last, so that its presence says that the result is complete
+    io::atomic::write(&folder.join("result.json"), format!("{text}\n").as_bytes())?;
+    Ok(())
+}
+
+/// The table of matches of a run.
+pub fn match_rows(result: &Reconstruction, frame: Frame) -> Vec<MatchRow> {
+    let to_frame = match frame {
+        Frame::Model => result.model_from_camera,
+        Frame::Camera => Similarity::identity(),
+    };
+    table(&result.matches, &result.rectification, &result.match_points, &to_frame)
+}
+
+/// A table of matches in the photos' own pixels, with their points where there are any.
+pub fn table(
+    matches: &[Match],
+    views: &Rectification,
+    points: &[Option<Vec3>],
+    frame_from_points: &Similarity,
+) -> Vec<MatchRow> {
+    let points = points.iter().copied().chain(std::iter::repeat(None));
+    matches
+        .iter()
+        .zip(points)
+        .enumerate()
+        .map(|(id, (m, point))| MatchRow {
+            id,
+            left: views.left.to_photo(m.left),
+            right: views.right.to_photo(m.right),
+            disparity: Some(m.disparity()),
+            position: point.map(|p| frame_from_points.apply(&p)),
+            lattice: m.lattice,
+            score: m.score,
+        })
+        .collect()
+}
