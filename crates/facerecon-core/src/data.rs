@@ -1,5 +1,6 @@
 //! What the stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
 
+mod blur;
 mod capture;
 mod cloud;
 mod landmarks;

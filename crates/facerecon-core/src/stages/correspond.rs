@@ -1,8 +1,11 @@
 //! Correspond: which dot of the left photo is which of the right (thesis section 2.3).
 
+mod lattice;
 mod scan;
 #[cfg(test)]
 mod tests;
+
+pub use lattice::LatticeParams;
 
 use crate::camera::RectifiedRig;
 use crate::data::{Dot, Gray, Match, Pattern, Seeds};
@@ -14,6 +17,8 @@ choices! {
     pub enum CorrespondMethod {
         /// The thesis's scan from three marked pairs.
         Scan = "scan",
+        /// The lattice of the dots, nothing marked by hand.
+        Lattice = "lattice",
     }
 }
 
@@ -24,6 +29,8 @@ settings! {
         method: CorrespondMethod = CorrespondMethod::Scan;
         /// The thesis's scan.
         scan: ScanParams = ScanParams::default();
+        /// The automatic way.
+        lattice: LatticeParams = LatticeParams::default();
     }
 }
 
@@ -115,6 +122,28 @@ pub enum CorrespondError {
         /// Spacing measured.
         spacing_px: f64,
     },
+    /// Dots in no order.
+    #[error(
+        "correspond: only {labelled} dots of the {photo} photo stand in a lattice; is this the photo with the dot pattern, and is it sharp? A lattice turned by about 45 degrees needs pattern.rotation in capture.toml"
+    )]
+    NoLattice {
+        /// `left` or `right`.
+        photo: &'static str,
+        /// Dots that do.
+        labelled: usize,
+    },
+    /// The absolute place of the lattice stays open.
+    #[error(
+        "correspond: ambiguous by a lattice period, {means}: the best place fits only {confidence:.2} times better than the next, {needed:.2} is needed; add the pair without the pattern, one marked pair ([seeds]), the calibration, or use a rotated pattern"
+    )]
+    Ambiguous {
+        /// What the wrong choice would mean.
+        means: String,
+        /// Ratio found.
+        confidence: f64,
+        /// Ratio needed.
+        needed: f64,
+    },
     /// Stopped by the observer.
     #[error("correspond: cancelled")]
     Cancelled,
@@ -169,6 +198,7 @@ pub fn correspond(
     }
     let found = match params.method {
         CorrespondMethod::Scan => scan::scan(input, &params.scan, observer)?,
+        CorrespondMethod::Lattice => lattice::lattice(input, &params.lattice, observer)?,
     };
     observer.event(&Event::Count {
         stage: "correspond",

@@ -1,10 +1,12 @@
 //! Detect: the projected dots of one photo.
 
+mod gaussian;
 mod thin;
 
 #[cfg(test)]
 mod tests;
 
+pub use gaussian::{GaussianParams, gaussian};
 pub use thin::{Thinned, thin};
 
 use crate::data::{Dot, Gray};
@@ -18,6 +20,8 @@ choices! {
     pub enum DetectMethod {
         /// The thesis's thinning of a black and white photo (section 2.2.3).
         Thin = "thin",
+        /// Gaussian dots fitted to the rectified photo, to hundredths of a pixel.
+        Gaussian = "gaussian",
     }
 }
 
@@ -40,6 +44,8 @@ settings! {
         /// Whether a dot's place is rounded to a pixel, as in the thesis, or keeps its fraction,
         /// for `thin`.
         round: bool = true;
+        /// The sub-pixel fit, for `gaussian`.
+        gaussian: GaussianParams = GaussianParams::default();
     }
 }
 
@@ -83,7 +89,8 @@ pub struct Detection {
 /// Fewer dots than this are no pattern.
 const LEAST_DOTS: usize = 12;
 
-/// Finds the dots: of the black and white photo that `filter` makes (`thin`).
+/// Finds the dots: of the black and white photo that `filter` makes (`thin`), or of the rectified
+/// photo itself (`gaussian`).
 ///
 /// # Errors
 /// [`DetectError`] when fewer than a dozen dots are found.
@@ -99,17 +106,22 @@ pub fn detect(
     if observer.cancelled() {
         return Err(DetectError::Cancelled);
     }
-    let (dots, thinned) = match params.method {
+    let (dots, spacing_px, thinned) = match params.method {
         DetectMethod::Thin => {
             let Thinned { dots, image } = thin(image, params);
-            (dots, Some(image))
+            let spacing_px = spacing_px(&dots);
+            (dots, spacing_px, Some(image))
+        }
+        DetectMethod::Gaussian => {
+            let (dots, spacing_px) = gaussian(image, &params.gaussian);
+            (dots, Some(spacing_px), None)
         }
     };
     observer.event(&Event::Count { stage: "detect", what: "dots", count: dots.len() });
     if let Some(thinned) = &thinned {
         observer.artifact("detect", "thinned", Artifact::Gray(thinned));
     }
-    match spacing_px(&dots) {
+    match spacing_px {
         Some(spacing_px) if dots.len() >= LEAST_DOTS => Ok(Detection { dots, spacing_px, thinned }),
         _ => Err(DetectError::TooFewDots { got: dots.len(), needed: LEAST_DOTS }),
     }

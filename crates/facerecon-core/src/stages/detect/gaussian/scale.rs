@@ -1,0 +1,194 @@
+//! The size and spacing of the dots, from the image itself.
+
+use crate::data::Gray;
+use crate::math::{Vec2, median};
+use crate::spatial::PointIndex;
+
+use super::GaussianParams;
+
+/// Ratio of neighbouring levels of the stack.
+const STEP: f64 = 1.35;
+/// Smoothing of the finest level, pixels.
+const FINEST_PX: f64 = 0.8;
+/// Least number of blobs in a lattice for a scale to count.
+const MIN_REGULAR: usize = 12;
+
+/// What was found about the dots' scale.
+pub(crate) struct Scale {
+    /// Typical standard deviation of a dot's profile, pixels.
+    pub sigma_px: f64,
+    /// Typical distance of neighbouring dots, pixels.
+    pub spacing_px: f64,
+    /// Places where a dot may be, pixels.
+    pub candidates: Vec<Vec2>,
+}
+
+/// One level of the stack: its blobs, and how lattice-like they are.
+struct Level {
+    sigma_px: f64,
+    blobs: Vec<(Vec2, f64)>,
+    regular: usize,
+    spacing_px: f64,
+}
+
+impl Scale {
+    /// Searches the levels from fine to coarse; `None` when no level shows a lattice.
+    pub(crate) fn find(image: &Gray, params: &GaussianParams) -> Option<Self> {
+        let (width, height) = image.size();
+        let coarsest = width.min(height) as f64 / 24.0;
+        let mut levels: Vec<Level> = Vec::new();
+        let mut best = 0;
+        let mut sigma_px = FINEST_PX;
+        let mut smooth = image.blurred(sigma_px);
+        while sigma_px <= coarsest {
+            let next = smooth.blurred(sigma_px * (STEP * STEP - 1.0).sqrt());
+            let level = Level::new(&smooth, &next, sigma_px, params);
+            levels.push(level);
+            let last = levels.len() - 1;
+            if levels[last].score(params) > levels[best].score(params) {
+                best = last;
+            }
+            // Two levels past a clear lattice nothing finer can come.
+            let clear = levels[best].regular >= 4 * MIN_REGULAR;
+            if clear && last >= best + 2 && 2 * levels[last].regular < levels[best].regular {
+                break;
+            }
+            (smooth, sigma_px) = (next, sigma_px * STEP);
+        }
+        let chosen = levels.get(best).filter(|l| l.regular >= MIN_REGULAR)?;
+        let spacing_px =
+            if params.spacing_px > 0.0 { params.spacing_px } else { chosen.spacing_px };
+        // A blob answers most at the level of its own size; the neighbours catch dots that are
+        // sharper or softer than most.
+        let around = best.saturating_sub(1)..(best + 2).min(levels.len());
+        let mut all: Vec<(Vec2, f64)> =
+            levels[around].iter().flat_map(|l| l.blobs.iter().copied()).collect();
+        all.sort_by(|a, b| {
+            b.1.total_cmp(&a.1).then(a.0.y.total_cmp(&b.0.y)).then(a.0.x.total_cmp(&b.0.x))
+        });
+        let candidates = thin_out(&all, 0.3 * spacing_px)?;
+        Some(Self { sigma_px: levels[best].sigma_px, spacing_px, candidates })
+    }
+}
+
+impl Level {
+    /// Finds the blobs of difference-of-Gaussians `smooth - next`.
+    fn new(smooth: &Gray, next: &Gray, sigma_px: f64, params: &GaussianParams) -> Self {
+        let (width, height) = smooth.size();
+        let mut response = smooth.clone();
+        response.data_mut().iter_mut().zip(next.data()).for_each(|(a, b)| *a -= b);
+        let around = local_mean_abs(&response, (4.0 * sigma_px).ceil() as usize);
+        // Response of a dot of this very size and unit height.
+        let unit = 0.5 - 1.0 / (1.0 + STEP * STEP);
+        let least = (unit * params.min_amplitude * 0.8) as f32;
+        let contrast = params.contrast as f32;
+        let mut blobs = Vec::new();
+        for y in 1..height.saturating_sub(1) {
+            let (above, row, below) = (response.row(y - 1), response.row(y), response.row(y + 1));
+            for x in 1..width.saturating_sub(1) {
+                let v = row[x];
+                let peak = v > least
+                    && v > contrast * around.at(x, y)
+                    && v > row[x - 1]
+                    && v >= row[x + 1]
+                    && above[x - 1..=x + 1].iter().all(|a| v > *a)
+                    && below[x - 1..=x + 1].iter().all(|b| v >= *b);
+                if peak {
+                    let dx = vertex(row[x - 1], v, row[x + 1]);
+                    let dy = vertex(above[x], v, below[x]);
+                    blobs.push((Vec2::new(x as f64 + dx, y as f64 + dy), f64::from(v)));
+                }
+            }
+        }
+        let (regular, spacing_px) = regularity(&blobs);
+        Self { sigma_px, blobs, regular, spacing_px }
+    }
+
+    /// How well this level shows the lattice. Where the spacing is given, others do not count.
+    fn score(&self, params: &GaussianParams) -> f64 {
+        let wrong = params.spacing_px > 0.0
+            && (self.spacing_px / params.spacing_px).ln().abs() > 0.5_f64.ln().abs();
+        // Noise is a lattice here and there by chance; a true lattice nearly everywhere.
+        let share = self.regular as f64 / self.blobs.len().max(1) as f64;
+        if wrong { 0.0 } else { self.regular as f64 * share.sqrt() }
+    }
+}
+
+/// Offset of a parabola's vertex through three samples, -0.5 to 0.5.
+fn vertex(before: f32, at: f32, after: f32) -> f64 {
+    let curvature = f64::from(before - 2.0 * at + after);
+    if curvature < 0.0 {
+        (0.5 * f64::from(before - after) / curvature).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    }
+}
+
+/// Mean absolute value over a square window, by running sums.
+fn local_mean_abs(image: &Gray, radius: usize) -> Gray {
+    let (width, height) = image.size();
+    let stride = width + 1;
+    let mut sums = vec![0.0_f64; stride * (height + 1)];
+    for y in 0..height {
+        let mut line = 0.0;
+        for x in 0..width {
+            line += f64::from(image.at(x, y).abs());
+            sums[(y + 1) * stride + x + 1] = sums[y * stride + x + 1] + line;
+        }
+    }
+    Gray::from_fn(width, height, |x, y| {
+        let (x0, y0) = (x.saturating_sub(radius), y.saturating_sub(radius));
+        let (x1, y1) = ((x + radius + 1).min(width), (y + radius + 1).min(height));
+        let sum = sums[y1 * stride + x1] + sums[y0 * stride + x0]
+            - sums[y0 * stride + x1]
+            - sums[y1 * stride + x0];
+        (sum / ((x1 - x0) * (y1 - y0)) as f64) as f32
+    })
+}
+
+/// Number of blobs that sit between two pairs of opposite neighbours, as lattice nodes do, and the
+/// median spacing there.
+fn regularity(blobs: &[(Vec2, f64)]) -> (usize, f64) {
+    let points: Vec<Vec2> = blobs.iter().map(|b| b.0).collect();
+    let Some(index) = PointIndex::<2>::new(&points) else {
+        return (0, 0.0);
+    };
+    let mut spacings = Vec::new();
+    for p in &points {
+        let near: Vec<Vec2> = index
+            .nearest_n(&[p.x, p.y], 9)
+            .iter()
+            .skip(1)
+            .map(|n| points[n.index] - p)
+            .collect();
+        let opposite = |a: &Vec2| near.iter().any(|b| (a + b).norm() < 0.25 * a.norm());
+        let Some(u) = near.first().filter(|u| opposite(u)) else {
+            continue;
+        };
+        let across = |v: &&Vec2| (u.x * v.y - u.y * v.x).abs() > 0.6 * u.norm() * v.norm();
+        if let Some(v) = near.iter().filter(across).find(|v| opposite(v)) {
+            spacings.push((u.norm() * v.norm()).sqrt());
+        }
+    }
+    (spacings.len(), median(&spacings).unwrap_or(0.0))
+}
+
+/// Keeps the strongest of every crowd; `points` come strongest first.
+fn thin_out(points: &[(Vec2, f64)], apart: f64) -> Option<Vec<Vec2>> {
+    let positions: Vec<Vec2> = points.iter().map(|p| p.0).collect();
+    let index = PointIndex::<2>::new(&positions)?;
+    let mut dropped = vec![false; positions.len()];
+    let mut kept = Vec::new();
+    for (i, p) in positions.iter().enumerate() {
+        if dropped[i] {
+            continue;
+        }
+        for n in index.nearest_n(&[p.x, p.y], 8) {
+            if n.index > i && n.distance < apart {
+                dropped[n.index] = true;
+            }
+        }
+        kept.push(*p);
+    }
+    Some(kept)
+}
