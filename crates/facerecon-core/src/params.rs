@@ -32,21 +32,24 @@ crate::settings! {
         /// The thesis's preprocessing; used where detect.method = "thin".
         filter: FilterParams = FilterParams::default();
         /// Finding the dots.
-        detect: DetectParams = DetectParams::default();
+        detect: DetectParams =
+            DetectParams { method: DetectMethod::Gaussian, ..DetectParams::default() };
         /// Which dot is which.
         correspond: CorrespondParams =
-            CorrespondParams::default();
+            CorrespondParams { method: CorrespondMethod::Lattice, ..CorrespondParams::default() };
         /// Measuring disparity by image matching.
         refine: RefineParams = RefineParams::default();
         /// Disparity to points.
         triangulate: TriangulateParams = TriangulateParams::default();
         /// Bringing the points to the generic head.
         register: RegisterParams =
-            RegisterParams::default();
+            RegisterParams { method: RegisterMethod::Robust, ..RegisterParams::default() };
         /// Bending the generic head.
-        deform: DeformParams = DeformParams::default();
+        deform: DeformParams =
+            DeformParams { method: DeformMethod::Nicp, ..DeformParams::default() };
         /// Smoothing it.
-        smooth: SmoothParams = SmoothParams::default();
+        smooth: SmoothParams =
+            SmoothParams { method: SmoothMethod::None, ..SmoothParams::default() };
         /// Colouring the mesh.
         texture: TextureParams =
             TextureParams::default();

@@ -133,9 +133,7 @@ fn table(evidence: &Evidence<'_>, graphs: &[Graph; 2], found: &Found) -> Vec<Mat
             }
         })
         .collect();
-    matches.sort_by(|a, b| {
-        a.left.y.total_cmp(&b.left.y).then(a.left.x.total_cmp(&b.left.x))
-    });
+    matches.sort_by(|a, b| a.left.y.total_cmp(&b.left.y).then(a.left.x.total_cmp(&b.left.x)));
     matches
 }
 

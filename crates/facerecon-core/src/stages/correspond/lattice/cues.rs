@@ -112,7 +112,12 @@ impl Evidence<'_> {
     }
 
     /// The badness of pairing `pairs`, out of the left dots `asked`.
-    pub(super) fn badness(&self, asked: &[usize], pairs: &[(usize, usize)], rows: &Rows) -> Badness {
+    pub(super) fn badness(
+        &self,
+        asked: &[usize],
+        pairs: &[(usize, usize)],
+        rows: &Rows,
+    ) -> Badness {
         let partner = Partners::new(self.dots[0].len(), pairs);
         Badness {
             rows: self.rows(pairs, rows),

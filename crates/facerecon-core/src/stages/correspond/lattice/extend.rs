@@ -66,9 +66,7 @@ impl Surface {
         let points: Vec<Vec2> = pairs.iter().map(|p| evidence.dots[0][p.left].position).collect();
         let disparities = pairs
             .iter()
-            .map(|p| {
-                evidence.dots[0][p.left].position.x - evidence.dots[1][p.right].position.x
-            })
+            .map(|p| evidence.dots[0][p.left].position.x - evidence.dots[1][p.right].position.x)
             .collect();
         let index = PointIndex::<2>::new(&points);
         Self { points, disparities, index }

@@ -121,8 +121,7 @@ impl Grower<'_> {
             (uneven(best) < 0.3).then(|| ((a - best) / 2.0, uneven(best)))
         };
         let (first, cost_first) = opposite(near.first()?)?;
-        let across =
-            |v: &&Vec2| first.perp(v).abs() > 0.6 * first.norm() * v.norm();
+        let across = |v: &&Vec2| first.perp(v).abs() > 0.6 * first.norm() * v.norm();
         let (second, cost_second) = near.iter().filter(across).find_map(|v| opposite(v))?;
         Some((cost_first + cost_second, self.orient(first, second)))
     }

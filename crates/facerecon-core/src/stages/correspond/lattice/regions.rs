@@ -6,11 +6,11 @@ use crate::camera::RectifiedRig;
 use crate::math::{Vec2, median, percentile};
 use crate::observer::Observer;
 
+use super::super::CorrespondError;
 use super::LatticeParams;
 use super::cues::{Badness, Evidence, Partners};
 use super::graph::STEPS;
 use super::shifts::{Rows, Shift, candidates, pairs};
-use super::super::CorrespondError;
 
 /// Two dots that belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -310,9 +310,8 @@ impl<'a> Matcher<'a> {
         proposals: &[Proposal],
     ) -> Verdict {
         let judged = self.judged(&self.with_rim(region, best), proposals);
-        let (chosen, badness) = judged
-            .first()
-            .map_or_else(|| (best.clone(), None), |j| (j.1.clone(), Some(j.0)));
+        let (chosen, badness) =
+            judged.first().map_or_else(|| (best.clone(), None), |j| (j.1.clone(), Some(j.0)));
         let rival = judged.get(1).map(|j| j.1.clone());
         let confidence = match (badness, judged.get(1)) {
             (Some(own), Some((other, _))) => other.total() / own.total(),

@@ -1,7 +1,7 @@
 //! Lattices projected onto surfaces of known shape, seen by two level cameras.
 
 use super::*;
-use crate::camera::{RectifiedRig, Rectification, StereoRig};
+use crate::camera::{Rectification, RectifiedRig, StereoRig};
 use crate::data::{Dot, Gray, Pattern, PatternKind};
 use crate::math::Vec3;
 
@@ -41,9 +41,8 @@ struct View {
 
 fn look(scene: &Scene) -> View {
     let shift = FOCAL * BASELINE / 1000.0 / 2.0;
-    let centre = |sign: f64| {
-        Vec2::new(SIZE.0 as f64 / 2.0 - 0.5 - sign * shift, SIZE.1 as f64 / 2.0 - 0.5)
-    };
+    let centre =
+        |sign: f64| Vec2::new(SIZE.0 as f64 / 2.0 - 0.5 - sign * shift, SIZE.1 as f64 / 2.0 - 0.5);
     // The left camera sits at the origin, the subject midway before both.
     let rig = StereoRig::parallel(BASELINE, FOCAL, centre(1.0), centre(-1.0));
     let rig = Rectification::from_rig(&rig, SIZE).rig.unwrap();
@@ -164,7 +163,8 @@ fn missing_and_false_dots_do_no_harm() {
         view.cells[side].retain(|_| *k.next().unwrap());
         for i in 0..60 {
             let t = f64::from(i + 100 * side as i32);
-            let position = Vec2::new(280.0 + 150.0 * (t * 1.7).sin(), 230.0 + 150.0 * (t * 2.3).cos());
+            let position =
+                Vec2::new(280.0 + 150.0 * (t * 1.7).sin(), 230.0 + 150.0 * (t * 2.3).cos());
             view.dots[side].push(Dot { position, sigma_px: 1.5, amplitude: 20.0, score: 0.5 });
             view.cells[side].push([1000 + i, 1000 * (1 + side as i32)]);
         }
@@ -214,7 +214,10 @@ fn a_wall_behind_does_not_join_the_face() {
     let behind = found.matches.iter().filter(|m| m.disparity() < near).count();
     let (_, wrong) = judge(&view, &found);
     assert!(found.matches.len() > 500, "{}", found.matches.len());
-    assert!(behind * 50 < found.matches.len() && wrong * 50 < found.matches.len(), "{behind} {wrong}");
+    assert!(
+        behind * 50 < found.matches.len() && wrong * 50 < found.matches.len(),
+        "{behind} {wrong}"
+    );
 }
 
 #[test]

@@ -83,8 +83,7 @@ pub(super) fn fit(
     if window.samples.len() < 14 || !(highest - lowest > 0.5 * params.min_amplitude) {
         return None;
     }
-    let begin =
-        Vec7::from([highest - lowest, start.x, start.y, 0.9 * sigma_px, lowest, 0.0, 0.0]);
+    let begin = Vec7::from([highest - lowest, start.x, start.y, 0.9 * sigma_px, lowest, 0.0, 0.0]);
     let (p, cost) = minimise(&window, begin)?;
     let [amplitude, x, y, sigma, ..]: [f64; 7] = p.into();
     let residual = (cost / window.samples.len() as f64).sqrt();

@@ -155,12 +155,8 @@ fn regularity(blobs: &[(Vec2, f64)]) -> (usize, f64) {
     };
     let mut spacings = Vec::new();
     for p in &points {
-        let near: Vec<Vec2> = index
-            .nearest_n(&[p.x, p.y], 9)
-            .iter()
-            .skip(1)
-            .map(|n| points[n.index] - p)
-            .collect();
+        let near: Vec<Vec2> =
+            index.nearest_n(&[p.x, p.y], 9).iter().skip(1).map(|n| points[n.index] - p).collect();
         let opposite = |a: &Vec2| near.iter().any(|b| (a + b).norm() < 0.25 * a.norm());
         let Some(u) = near.first().filter(|u| opposite(u)) else {
             continue;

@@ -62,12 +62,10 @@ fn draw(scene: &Scene) -> (Gray, Vec<Vec2>) {
 
 /// Share of the truth found, median error, number of false dots.
 fn judge(dots: &[Dot], truth: &[Vec2]) -> (f64, f64, usize) {
-    let nearest = |p: &Vec2, of: &[Vec2]| {
-        of.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min)
-    };
+    let nearest =
+        |p: &Vec2, of: &[Vec2]| of.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
     let found: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
-    let errors: Vec<f64> =
-        truth.iter().map(|t| nearest(t, &found)).filter(|e| *e < 1.0).collect();
+    let errors: Vec<f64> = truth.iter().map(|t| nearest(t, &found)).filter(|e| *e < 1.0).collect();
     let wrong = found.iter().filter(|f| nearest(f, truth) > 1.0).count();
     (errors.len() as f64 / truth.len() as f64, median(&errors).unwrap_or(9.0), wrong)
 }
