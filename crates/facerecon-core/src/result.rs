@@ -135,7 +135,10 @@ pub fn write(
         io::image::write_png(&folder.join(name), &depth.to_u8())?;
     }
     if let Some(texture) = &result.texture {
-        io::image::write_png(&folder.join("coverage.png"), &texture.coverage)?;
+        io::image::write_png(
+            &folder.join("coverage.png"),
+            &report::marks::coverage(&texture.coverage),
+        )?;
     }
     if keep_stages {
         record.write(&folder.join("stages"))?;

@@ -307,6 +307,8 @@ mod tests {
         set::<Outer>(&mut table, "way", "two").unwrap();
         let outer: Outer = table.try_into().unwrap();
         assert_eq!(outer.way, Way::Two);
+        assert_eq!((Way::named("two"), Way::named("three")), (Some(Way::Two), None));
+        assert_eq!(Way::NAMED[0].0, "one");
         let error = outer.check("", None).unwrap_err().to_string();
         assert!(error.contains("inner.length_px is 11"), "{error}");
         let error = set::<Outer>(&mut toml::Table::new(), "inner.size", "1").unwrap_err();

@@ -107,11 +107,11 @@ fn depth(page: &mut String, result: &Reconstruction) {
     page.push_str("</div>\n");
     if let Some(texture) = &result.texture {
         page.push_str("<div class=\"third\">");
-        let coverage = texture.coverage.map(|v| [v, v, v]);
+        let coverage = marks::coverage(&texture.coverage);
         figure(
             page,
             &shrunk(&coverage, 512),
-            "coverage of the texture by the photos; black is filled",
+            "coverage of the texture: red from the left photo, green from the right, yellow from both, blue from others, grey filled",
         );
         page.push_str("</div>\n");
     }

@@ -1,7 +1,8 @@
-//! Marks on photographs: dots found, matches coloured by disparity.
+//! Marks on photographs: dots found, matches coloured by disparity; the texture's coverage.
 
-use crate::data::{Gray, Rgb};
+use crate::data::{Gray, Raster, Rgb};
 use crate::math::Vec2;
+use crate::stages::texture::{FILLED, SEEN_EXTRA, SEEN_LEFT, SEEN_RIGHT};
 
 /// A grey image as colour.
 pub fn colored(gray: &Gray) -> Rgb {
@@ -25,6 +26,18 @@ pub fn crosses(image: &mut Rgb, positions: impl IntoIterator<Item = (Vec2, [u8; 
             }
         }
     }
+}
+
+/// The coverage of a texture as colours: red where the left photo saw it, green the right one
+/// (yellow both), blue a further one; dark grey where it was filled.
+pub fn coverage(seen: &Raster<u8>) -> Rgb {
+    seen.map(|bits| {
+        if bits & FILLED != 0 {
+            return [48, 48, 48];
+        }
+        let level = |photo: u8| if bits & photo != 0 { 220 } else { 40 };
+        [level(SEEN_LEFT), level(SEEN_RIGHT), level(SEEN_EXTRA)]
+    })
 }
 
 /// A colour from blue over white-ish green to red for a value in `low..=high`, readable on dark and
@@ -59,6 +72,13 @@ mod tests {
         );
         assert_eq!(image.at(2, 0), red);
         assert_eq!(image.data().iter().filter(|p| **p == red).count(), 6);
+    }
+
+    #[test]
+    fn coverage_tells_the_photos_apart() {
+        let seen = Raster::from_vec(3, 1, vec![SEEN_LEFT | SEEN_RIGHT, SEEN_EXTRA, FILLED]);
+        let colors = coverage(&seen.unwrap());
+        assert_eq!(colors.data(), [[220, 220, 40], [40, 40, 220], [48, 48, 48]]);
     }
 
     #[test]
