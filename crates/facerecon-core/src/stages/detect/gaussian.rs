@@ -15,7 +15,7 @@ use crate::settings;
 use crate::spatial::PointIndex;
 
 use fit::Fit;
-pub(crate) use scale::Scale;
+use scale::Scale;
 
 settings! {
     /// Sub-pixel detection by fitting a Gaussian on a plane (method "gaussian").
@@ -45,11 +45,22 @@ pub fn gaussian(image: &Gray, params: &GaussianParams) -> (Vec<Dot>, f64) {
     let Some(scale) = Scale::find(image, params) else {
         return (Vec::new(), params.spacing_px);
     };
-    let fits: Vec<Fit> = scale
-        .candidates
-        .par_iter()
-        .filter_map(|c| fit::fit(image, *c, scale.sigma_px, scale.spacing_px, params))
-        .collect();
+    let mut sigma_px = scale.sigma_px;
+    let mut fits = Vec::new();
+    for _ in 0..2 {
+        let found: Vec<Option<Fit>> = scale
+            .candidates
+            .par_iter()
+            .map(|p| fit::fit(image, *p, sigma_px, scale.spacing_px, params))
+            .collect();
+        fits = found.into_iter().flatten().collect();
+        let sigmas: Vec<f64> = fits.iter().map(|f| f.sigma_px).collect();
+        // The levels of the stack are coarse: a window far from the dots' own size is made anew.
+        match median(&sigmas) {
+            Some(typical) if (typical / sigma_px).ln().abs() > 0.12 => sigma_px = typical,
+            _ => break,
+        }
+    }
     let dots = keep_likely(fits, scale.spacing_px, params);
     (dots, scale.spacing_px)
 }

@@ -1,15 +1,20 @@
 //! Dots that no region explains follow the disparity of their matched neighbours.
 
+use std::collections::HashMap;
+
 use crate::math::{Mat3, Vec2, Vec3, median};
 use crate::spatial::PointIndex;
 
 use super::cues::Evidence;
 use super::regions::{Found, Paired};
+use super::shifts::Shift;
 
 /// Rounds of growing outward.
 const ROUNDS: usize = 3;
 /// Largest distance of a partner from its expected place, in spacings.
-const REACH: f64 = 0.25;
+const REACH: f64 = 0.3;
+/// Likeness in the plain pair up to which dots do not show the same skin (a correlation of 0.3).
+const UNLIKE: f64 = 0.18;
 
 /// Adds matches next to those found: each dot's disparity is expected on the plane through its
 /// matched neighbours, and the right photo must have a free dot there.
@@ -29,16 +34,26 @@ pub(super) fn extend(evidence: &Evidence<'_>, found: &mut Found) {
         let mut offers: Vec<(f64, usize, usize)> = Vec::new();
         for (i, dot) in evidence.dots[0].iter().enumerate().filter(|(i, _)| !used[0][*i]) {
             let p = dot.position;
+            // At an edge of depth the plain pair's windows see both sides; it is asked only about
+            // dots that hang together with unmatched ones (a wall) more than with matched ones.
+            let beside = || evidence.graphs[0].neighbours(i);
+            let matched = beside().filter(|n| used[0][*n]).count();
+            let least = if 2 * matched < beside().count() { UNLIKE } else { 0.0 };
             for disparity in surface.expected(p, evidence.spacing_px) {
                 let at = p + Vec2::new(-disparity, found.rows.at(&p));
                 for n in right_index.within(&[at.x, at.y], REACH * evidence.spacing_px) {
                     let dy = (right[n.index] - at).y.abs();
-                    if !used[1][n.index] && dy < evidence.tolerance_px {
-                        offers.push((n.distance, i, n.index));
+                    let alike = evidence.alike(&(i, n.index));
+                    if !used[1][n.index] && dy < evidence.tolerance_px && alike > least {
+                        let misfit = n.distance / (REACH * evidence.spacing_px)
+                            + dy / evidence.tolerance_px
+                            + 4.0 * (1.0 - alike);
+                        offers.push((misfit, i, n.index));
                     }
                 }
             }
         }
+        prefer_common_shifts(evidence, &found.pairs, &mut offers);
         offers.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
         let before = found.pairs.len();
         for (_, left, right) in offers {
@@ -50,6 +65,37 @@ pub(super) fn extend(evidence: &Evidence<'_>, found: &mut Found) {
         }
         if found.pairs.len() == before {
             break;
+        }
+    }
+}
+
+/// Makes offers better that shift the lattice as most others of their component do: beside an edge
+/// of depth a dot may fit the surface on either side, but its whole column fits only one.
+fn prefer_common_shifts(
+    evidence: &Evidence<'_>,
+    pairs: &[Paired],
+    offers: &mut [(f64, usize, usize)],
+) {
+    let shift = |left: usize, right: usize| {
+        let (a, b) = (evidence.graphs[0].labels[left]?, evidence.graphs[1].labels[right]?);
+        let cell = [b.cell[0] - a.cell[0], b.cell[1] - a.cell[1]];
+        Some(Shift { left: a.component, right: b.component, cell })
+    };
+    let mut votes: HashMap<Shift, f64> = HashMap::new();
+    let mut most: HashMap<usize, f64> = HashMap::new();
+    let pairs = pairs.iter().map(|p| (1.0, p.left, p.right));
+    let weighed = offers.iter().map(|o| (1.0 / (1.0 + o.0), o.1, o.2));
+    for (weight, left, right) in pairs.chain(weighed) {
+        if let Some(shift) = shift(left, right) {
+            let sum = votes.entry(shift).or_default();
+            *sum += weight;
+            let most = most.entry(shift.left).or_default();
+            *most = most.max(*sum);
+        }
+    }
+    for (misfit, left, right) in offers {
+        if let Some((shift, sum)) = shift(*left, *right).and_then(|s| Some((s, votes.get(&s)?))) {
+            *misfit -= 3.0 * sum / most.get(&shift.left).copied().unwrap_or(*sum);
         }
     }
 }
@@ -72,8 +118,9 @@ impl Surface {
         Self { points, disparities, index }
     }
 
-    /// Disparities to expect at a point: on the plane through the neighbours, and their median
-    /// (near an edge the plane overshoots). None with fewer than three neighbours about.
+    /// Disparities to expect at a point: on the plane through the neighbours, their median, and
+    /// those of the nearest (at an edge the plane overshoots, and either side may be meant). None
+    /// with fewer than three neighbours about.
     fn expected(&self, at: Vec2, spacing_px: f64) -> Vec<f64> {
         let near = self.near(at, 8, 2.3 * spacing_px, usize::MAX);
         let values: Vec<f64> = near.iter().map(|n| self.disparities[*n]).collect();
@@ -81,6 +128,7 @@ impl Surface {
         if near.len() >= 3 {
             expected.extend(self.plane(at, &near, 0.1 * spacing_px).map(|p| p[0]));
             expected.extend(median(&values));
+            expected.extend(&values[..3]);
         }
         expected
     }

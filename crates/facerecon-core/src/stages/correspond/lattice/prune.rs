@@ -6,7 +6,7 @@ use crate::math::{mad, median};
 use super::LatticeParams;
 use super::cues::Evidence;
 use super::extend::Surface;
-use super::regions::{Found, subject_range};
+use super::regions::{ALIKE, Found, Paired, subject_range};
 
 /// Drops matches off the robust plane of their twelve neighbours unless some of the nearest share
 /// their disparity (the far side of an edge), then connected pieces that are too small.
@@ -27,22 +27,27 @@ pub(super) fn outliers(evidence: &Evidence<'_>, params: &LatticeParams, found: &
         let known: Vec<f64> = residuals.iter().flatten().copied().collect();
         let spread = mad(&known).unwrap_or(0.0);
         let limit = (params.outlier_mads * spread).max(0.1 * spacing);
-        let mut keep = residuals.iter().enumerate().map(|(i, residual)| {
-            let on_plane = residual.is_some_and(|r| r.abs() <= limit);
-            on_plane || supported(&surface, i, spacing)
-        });
-        found.pairs.retain(|_| keep.next().unwrap_or(false));
+        let keep = |(pair, (i, residual)): (&Paired, (usize, &Option<f64>))| {
+            let seen = evidence.alike(&(pair.left, pair.right)) >= ALIKE;
+            residual.is_some_and(|r| r.abs() <= limit) || supported(&surface, i, spacing, seen)
+        };
+        let kept: Vec<bool> =
+            found.pairs.iter().zip(residuals.iter().enumerate()).map(keep).collect();
+        let mut keep = kept.iter();
+        found.pairs.retain(|_| keep.next().is_some_and(|k| *k));
     }
     let sizes = pieces(evidence, params, found);
     let mut size = sizes.iter().map(|p| p.1);
     found.pairs.retain(|_| size.next().unwrap_or(0) >= params.min_component);
 }
 
-/// Whether at least three of the six nearest matches have about the same disparity.
-fn supported(surface: &Surface, i: usize, spacing: f64) -> bool {
+/// Whether some of the six nearest matches have about the same disparity: three, or two where the
+/// plain pair bears it out.
+fn supported(surface: &Surface, i: usize, spacing: f64, seen: bool) -> bool {
     let near = surface.near(surface.point(i), 6, 2.2 * spacing, i);
-    let alike = |n: &&usize| (surface.disparity(**n) - surface.disparity(i)).abs() < 0.12 * spacing;
-    near.iter().filter(alike).count() >= 3
+    let (needed, step) = if seen { (2, 0.3) } else { (3, 0.12) };
+    let alike = |n: &&usize| (surface.disparity(**n) - surface.disparity(i)).abs() < step * spacing;
+    near.iter().filter(alike).count() >= needed
 }
 
 /// Number and size of the smooth piece of every match.

@@ -43,7 +43,9 @@ const SHIFTS: usize = 80;
 /// Rounds: a face falls into a handful of regions, a wall into some more.
 const ROUNDS: usize = 24;
 /// Likeness of dots that surely show the same skin (a correlation of one half).
-const ALIKE: f64 = 0.325;
+pub(super) const ALIKE: f64 = 0.325;
+/// Mean correlation of the plain pair around a dot that surely shows the same skin.
+const CONVINCING: f64 = 0.4;
 /// A confidence beyond which more says nothing.
 const CERTAIN: f64 = 10.0;
 
@@ -347,7 +349,7 @@ impl<'a> Matcher<'a> {
         proposals: &[Proposal],
     ) -> Vec<(usize, usize)> {
         let step = self.params.max_step * self.evidence.spacing_px;
-        let mut pieces = self.pieces(region, step);
+        let mut pieces = self.pieces(&self.convincing(region), step);
         pieces.sort_by_key(|p| std::cmp::Reverse(p.len()));
         let holds = |piece: &Vec<(usize, usize)>| {
             let asked: Vec<usize> = piece.iter().map(|p| p.0).collect();
@@ -366,6 +368,32 @@ impl<'a> Matcher<'a> {
             .filter(|(n, p)| *n == 0 || (p.len() >= self.params.min_component && holds(p)))
             .flat_map(|(_, piece)| piece)
             .collect()
+    }
+
+    /// The pairs around which the plain pair looks alike, on average over the lattice neighbours and
+    /// theirs: leaves out a bare wall that the labels leaked to. Without a plain pair all stay.
+    fn convincing(&self, region: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let Some(plain) = &self.evidence.plain else {
+            return region.to_vec();
+        };
+        let partners = Partners::new(self.evidence.dots[0].len(), region);
+        let mut sums = vec![(0.0, 0.0); self.evidence.dots[0].len()];
+        for (i, j) in region {
+            // No contrast is weak evidence against.
+            let (z, w) = plain.likeness(*i, *j).unwrap_or((0.0, 0.2));
+            sums[*i] = (z * w, w);
+        }
+        for _ in 0..3 {
+            let before = sums.clone();
+            for (i, _) in region {
+                let beside = self.evidence.graphs[0].neighbours(*i);
+                for n in beside.filter(|n| partners.of(*n).is_some()) {
+                    sums[*i].0 += before[n].0;
+                    sums[*i].1 += before[n].1;
+                }
+            }
+        }
+        region.iter().filter(|(i, _)| sums[*i].0 >= CONVINCING * sums[*i].1).copied().collect()
     }
 
     fn ambiguous(&self, verdict: &Verdict) -> CorrespondError {

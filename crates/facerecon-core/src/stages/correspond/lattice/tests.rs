@@ -23,8 +23,12 @@ fn head(x: f64, y: f64) -> f64 {
     1000.0 + 0.006 * x * x + 0.003 * y * y - 22.0 * (-(x * x + (y - 10.0).powi(2)) / 300.0).exp()
 }
 
+/// Blotches of a few millimetres that do not repeat.
 fn freckles(x: f64, y: f64) -> f64 {
-    90.0 + 25.0 * (0.31 * x + 0.6 * (0.11 * y).sin()).sin() * (0.23 * y + (0.17 * x).cos()).cos()
+    let wave = |a: f64, b: f64, c: f64| (a * x + b * y + c).sin();
+    let coarse = wave(0.113, 0.071, 0.0) + wave(-0.087, 0.149, 1.0) + wave(0.191, -0.053, 2.0);
+    let fine = wave(0.337, 0.219, 0.5) + wave(-0.283, 0.401, 1.5) + wave(0.467, -0.131, 2.5);
+    90.0 + 9.0 * coarse + 7.0 * fine
 }
 
 fn bare(_: f64, _: f64) -> f64 {

@@ -27,9 +27,14 @@ impl Fit {
         self.amplitude / (self.residual + 0.5)
     }
 
+    /// Residual as a part of the height.
+    fn misfit(&self) -> f64 {
+        self.residual / self.amplitude
+    }
+
     /// The dot, with a score from how well the profile fits.
     pub(super) fn dot(&self, params: &GaussianParams) -> Dot {
-        let misfit = self.residual / (self.amplitude * params.max_residual);
+        let misfit = self.misfit() / params.max_residual;
         Dot {
             position: self.position,
             sigma_px: self.sigma_px,
@@ -64,7 +69,8 @@ impl Window {
     }
 }
 
-/// Fits the dot near `at`; `None` where there is none.
+/// Fits the dot near `at`; `None` where there is none. A wide window measures best; where dots crowd
+/// (slanted skin) only a narrow one sees a single dot.
 pub(super) fn fit(
     image: &Gray,
     at: Vec2,
@@ -72,8 +78,20 @@ pub(super) fn fit(
     spacing_px: f64,
     params: &GaussianParams,
 ) -> Option<Fit> {
-    // +-2.5 sigma, but not into the neighbouring dots
-    let radius = (2.5 * sigma_px).min(0.48 * spacing_px).max(2.0);
+    let wide = (3.4 * sigma_px).min(0.48 * spacing_px).max(2.0);
+    let narrow = (2.2 * sigma_px).min(0.8 * wide).max(2.0);
+    let strict = 0.5 * params.max_residual;
+    fit_window(image, at, sigma_px, wide, params)
+        .or_else(|| fit_window(image, at, sigma_px, narrow, params).filter(|f| f.misfit() < strict))
+}
+
+fn fit_window(
+    image: &Gray,
+    at: Vec2,
+    sigma_px: f64,
+    radius: f64,
+    params: &GaussianParams,
+) -> Option<Fit> {
     let window = Window::new(image, at, radius, params.saturation);
     let origin = Vec2::new(at.x.round(), at.y.round());
     let start = at - origin;

@@ -92,7 +92,7 @@ fn low_contrast_steep_ramps_and_saturated_dots_are_fine() {
     let (recall, error, _) = judge(&gaussian(&image, &GaussianParams::default()).0, &truth);
     assert!(recall > 0.98 && error < 0.15, "low contrast: {recall} {error}");
 
-    let (image, truth) = draw(&Scene { amplitude: 320.0, noise: 1.0, ..base });
+    let (image, truth) = draw(&Scene { amplitude: 450.0, noise: 1.0, ..base });
     assert!(image.data().iter().filter(|v| **v >= 255.0).count() > 4 * truth.len());
     let (recall, error, _) = judge(&gaussian(&image, &GaussianParams::default()).0, &truth);
     assert!(recall > 0.98 && error < 0.05, "saturated: {recall} {error}");
