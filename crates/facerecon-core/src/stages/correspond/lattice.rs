@@ -10,6 +10,7 @@
 mod cues;
 mod extend;
 mod graph;
+mod pieces;
 mod prune;
 mod regions;
 mod shifts;

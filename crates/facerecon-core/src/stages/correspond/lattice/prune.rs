@@ -6,7 +6,7 @@ use crate::math::{mad, median};
 use super::LatticeParams;
 use super::cues::Evidence;
 use super::extend::Surface;
-use super::regions::{ALIKE, Found, Paired, subject_range};
+use super::regions::{ALIKE, Found, Paired};
 
 /// Drops matches off the robust plane of their twelve neighbours unless some of the nearest share
 /// their disparity (the far side of an edge), then connected pieces that are too small.
@@ -87,7 +87,7 @@ pub(super) fn background(
     params: &LatticeParams,
     found: &mut Found,
 ) -> usize {
-    let range = subject_range(&found.subject, rig, params, evidence.spacing_px);
+    let range = found.subject_range(rig, params, evidence.spacing_px);
     let pieces = pieces(evidence, params, found);
     let surface = Surface::new(evidence, &found.pairs);
     let mut disparities = vec![Vec::new(); found.pairs.len()];

@@ -8,8 +8,7 @@ use crate::observer::Observer;
 
 use super::super::CorrespondError;
 use super::LatticeParams;
-use super::cues::{Badness, Evidence, Partners};
-use super::graph::STEPS;
+use super::cues::{Badness, Evidence};
 use super::shifts::{Rows, Shift, candidates, pairs};
 
 /// Two dots that belong together.
@@ -25,8 +24,46 @@ pub(super) struct Paired {
 pub(super) struct Found {
     pub pairs: Vec<Paired>,
     pub rows: Rows,
-    /// Disparities of the region that is the subject, pixels.
-    pub subject: Vec<f64>,
+    /// Disparities of every region, pixels.
+    pub regions: Vec<Vec<f64>>,
+}
+
+impl Found {
+    fn largest(&self) -> usize {
+        self.regions.iter().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// Disparities of the region that is the subject: the nearest of the large ones (a papered wall
+    /// behind a face may be larger than the face).
+    fn subject(&self) -> &[f64] {
+        let middle = |r: &[f64]| median(r).unwrap_or(f64::NEG_INFINITY);
+        self.regions
+            .iter()
+            .filter(|r| 100 * r.len() >= LARGE_PERCENT * self.largest())
+            .max_by(|a, b| middle(a).total_cmp(&middle(b)))
+            .map_or(&[], Vec::as_slice)
+    }
+
+    /// Disparities at which parts of the subject may lie: no further before or behind it than
+    /// `behind_mm` (calibrated), or than its own range of disparity.
+    pub(super) fn subject_range(
+        &self,
+        rig: Option<&RectifiedRig>,
+        params: &LatticeParams,
+        spacing_px: f64,
+    ) -> RangeInclusive<f64> {
+        let subject = self.subject();
+        let (Some(low), Some(high)) = (percentile(subject, 0.02), percentile(subject, 0.98)) else {
+            return f64::NEG_INFINITY..=f64::INFINITY;
+        };
+        let free = (high - low).max(spacing_px);
+        let metric = rig.and_then(|rig| {
+            let (far, near) = (rig.depth_mm(low)?, rig.depth_mm(high)?);
+            let nearest = (near - params.behind_mm).max(0.5 * near);
+            Some(rig.disparity_px(far + params.behind_mm)..=rig.disparity_px(nearest))
+        });
+        metric.unwrap_or(low - free..=high + free)
+    }
 }
 
 /// What the cues say about a region.
@@ -44,23 +81,23 @@ const SHIFTS: usize = 80;
 const ROUNDS: usize = 24;
 /// Likeness of dots that surely show the same skin (a correlation of one half).
 pub(super) const ALIKE: f64 = 0.325;
-/// Mean correlation of the plain pair around a dot that surely shows the same skin.
-const CONVINCING: f64 = 0.4;
+/// Regions of this share of the largest one's dots may be the subject.
+const LARGE_PERCENT: usize = 15;
 /// A confidence beyond which more says nothing.
 const CERTAIN: f64 = 10.0;
 
 pub(super) struct Matcher<'a> {
-    evidence: &'a Evidence<'a>,
+    pub(super) evidence: &'a Evidence<'a>,
     rig: Option<&'a RectifiedRig>,
     params: &'a LatticeParams,
 }
 
 /// A shift with what it pairs.
 #[derive(Clone)]
-struct Proposal {
+pub(super) struct Proposal {
     shift: Shift,
-    pairs: Vec<(usize, usize)>,
-    rows: Rows,
+    pub(super) pairs: Vec<(usize, usize)>,
+    pub(super) rows: Rows,
     /// See [`Matcher::support`].
     support: f64,
 }
@@ -79,18 +116,31 @@ impl<'a> Matcher<'a> {
     pub(super) fn regions(&self, observer: &dyn Observer) -> Result<Found, CorrespondError> {
         let dots = self.evidence.dots;
         let mut free = [0, 1].map(|side| vec![true; dots[side].len()]);
-        let mut found = Found { pairs: Vec::new(), rows: Rows::level(), subject: Vec::new() };
+        let mut found = Found { pairs: Vec::new(), rows: Rows::level(), regions: Vec::new() };
         let mut refused = None;
+        // First the large regions, among them the subject; then its parts, near it in depth.
+        let mut large = true;
         for _ in 0..ROUNDS {
             if observer.cancelled() {
                 return Err(CorrespondError::Cancelled);
             }
             let known = (!found.pairs.is_empty()).then_some(&found.rows);
-            let proposals = self.proposals(&free, known, &found.subject);
+            let range = if large {
+                f64::NEG_INFINITY..=f64::INFINITY
+            } else {
+                found.subject_range(self.rig, self.params, self.evidence.spacing_px)
+            };
+            let proposals = self.proposals(&free, known, range);
             // Beside a subject that is found, only what looks alike in the plain pair counts: the
             // labels of a neck may hang together with those of the bare wall behind.
             let alike = if found.pairs.is_empty() { 0.0 } else { ALIKE };
-            let Some((best, seen)) = self.best(&proposals, alike) else {
+            let best = self.best(&proposals, alike);
+            let size = best.as_ref().map_or(0, |b| b.1.len());
+            if large && !found.pairs.is_empty() && 100 * size < LARGE_PERCENT * found.largest() {
+                large = false;
+                continue;
+            }
+            let Some((best, seen)) = best else {
                 break;
             };
             let verdict = self.decide(best, &seen, &proposals);
@@ -102,7 +152,9 @@ impl<'a> Matcher<'a> {
             };
             if verdict.sure && region.len() >= self.params.min_component {
                 let first = found.pairs.is_empty();
-                for (left, right) in self.verified(&region, chosen, &proposals) {
+                let pairs = self.verified(&region, chosen, &proposals);
+                found.regions.push(pairs.iter().map(|p| self.disparity(p)).collect());
+                for (left, right) in pairs {
                     free[0][left] = false;
                     free[1][right] = false;
                     let confidence = 1.0 - 1.0 / (1.0 + verdict.confidence);
@@ -110,10 +162,6 @@ impl<'a> Matcher<'a> {
                 }
                 if first {
                     found.rows = chosen.rows;
-                }
-                let disparities = || region.iter().map(|p| self.disparity(p));
-                if region.len() > 2 * found.subject.len() {
-                    found.subject = disparities().collect();
                 }
             } else if refused.is_none() {
                 refused = Some(self.ambiguous(&verdict));
@@ -157,16 +205,15 @@ impl<'a> Matcher<'a> {
         &self,
         free: &[Vec<bool>; 2],
         rows: Option<&Rows>,
-        subject: &[f64],
+        range: RangeInclusive<f64>,
     ) -> Vec<Proposal> {
-        let range = subject_range(subject, self.rig, self.params, self.evidence.spacing_px);
         let evidence = self.evidence;
         let graphs = evidence.graphs;
         let slack = self.params.row_slack * evidence.spacing_px;
         let members: Vec<usize> =
             (0..free[0].len()).filter(|i| free[0][*i] && graphs[0].labels[*i].is_some()).collect();
         let least = self.params.min_component;
-        candidates(graphs, evidence.dots, free, slack, &range, least, SHIFTS)
+        candidates(evidence, free, slack, &range, least, SHIFTS)
             .into_iter()
             .map(|shift| {
                 let mut pairs = pairs(graphs, &members, shift, free);
@@ -194,7 +241,7 @@ impl<'a> Matcher<'a> {
         pairs.iter().map(|p| level(p) * self.evidence.alike(p)).sum()
     }
 
-    fn row_difference(&self, pair: &(usize, usize)) -> (Vec2, f64) {
+    pub(super) fn row_difference(&self, pair: &(usize, usize)) -> (Vec2, f64) {
         let (l, r) = self.positions(pair);
         (l, r.y - l.y)
     }
@@ -203,7 +250,7 @@ impl<'a> Matcher<'a> {
         (self.evidence.dots[0][*i].position, self.evidence.dots[1][*j].position)
     }
 
-    fn disparity(&self, pair: &(usize, usize)) -> f64 {
+    pub(super) fn disparity(&self, pair: &(usize, usize)) -> f64 {
         let (l, r) = self.positions(pair);
         l.x - r.x
     }
@@ -218,68 +265,6 @@ impl<'a> Matcher<'a> {
             rig.depth_mm(self.median_disparity(pairs))
                 .is_some_and(|z| (self.params.nearest_mm..=self.params.farthest_mm).contains(&z))
         })
-    }
-
-    /// The largest connected set of pairs on level rows that look alike by at least `alike`.
-    fn region(&self, proposal: &Proposal, alike: f64) -> Option<Vec<(usize, usize)>> {
-        let level: Vec<(usize, usize)> = proposal
-            .pairs
-            .iter()
-            .filter(|p| {
-                let (l, dy) = self.row_difference(p);
-                let level = (dy - proposal.rows.at(&l)).abs() < self.evidence.tolerance_px;
-                level && self.evidence.alike(p) >= alike
-            })
-            .copied()
-            .collect();
-        let pieces = self.pieces(&level, f64::INFINITY);
-        pieces.into_iter().max_by_key(Vec::len).filter(|p| !p.is_empty())
-    }
-
-    /// Splits pairs into connected pieces. Two lattice neighbours are linked when they are one side
-    /// of a full cell of four pairs in which disparity steps by less than `step_px`: single file is
-    /// no link, as labels that leak from a face to the wall behind it run in single file.
-    fn pieces(&self, pairs: &[(usize, usize)], step_px: f64) -> Vec<Vec<(usize, usize)>> {
-        let graph = &self.evidence.graphs[0];
-        let partners = Partners::new(self.evidence.dots[0].len(), pairs);
-        let smooth = |a: usize, b: usize| match (partners.of(a), partners.of(b)) {
-            (Some(p), Some(q)) => {
-                (self.disparity(&(a, p)) - self.disparity(&(b, q))).abs() < step_px
-            }
-            _ => false,
-        };
-        let linked = |a: usize, b: usize, step: usize| {
-            smooth(a, b)
-                && [1, -1].iter().any(|side| {
-                    let beside = |i: usize| graph.beside(i, 1 - step / 2, *side);
-                    matches!((beside(a), beside(b)), (Some(c), Some(d))
-                        if smooth(a, c) && smooth(b, d) && smooth(c, d))
-                })
-        };
-        let mut seen = vec![false; self.evidence.dots[0].len()];
-        let mut pieces = Vec::new();
-        for start in pairs {
-            if seen[start.0] {
-                continue;
-            }
-            seen[start.0] = true;
-            let mut piece = vec![*start];
-            let mut next = 0;
-            while let Some((i, _)) = piece.get(next).copied() {
-                next += 1;
-                for (step, (axis, sign)) in STEPS.iter().enumerate() {
-                    let Some(n) = graph.beside(i, *axis, *sign) else {
-                        continue;
-                    };
-                    if let (false, true, Some(j)) = (seen[n], linked(i, n, step), partners.of(n)) {
-                        seen[n] = true;
-                        piece.push((n, j));
-                    }
-                }
-            }
-            pieces.push(piece);
-        }
-        pieces
     }
 
     /// The proposals that pair at least half of some left dots, with their badness, best first.
@@ -325,21 +310,6 @@ impl<'a> Matcher<'a> {
         Verdict { chosen, rival, confidence: confidence.min(CERTAIN), sure }
     }
 
-    /// The left dots of a region, and the pairs around it that its rows did not fit: without these
-    /// a shift would be judged by its own selection.
-    fn with_rim(&self, region: &[(usize, usize)], proposal: &Proposal) -> Vec<usize> {
-        let partners = Partners::new(self.evidence.dots[0].len(), region);
-        let touches = |i: usize| {
-            self.evidence.graphs[0].neighbours(i).filter(|n| partners.of(*n).is_some()).count() >= 2
-        };
-        proposal
-            .pairs
-            .iter()
-            .map(|p| p.0)
-            .filter(|i| partners.of(*i).is_some() || touches(*i))
-            .collect()
-    }
-
     /// A region without the pieces beyond a step of depth for which the photos do not speak or
     /// another shift is clearly better: labels that crossed an edge may have lost count there.
     fn verified(
@@ -370,32 +340,6 @@ impl<'a> Matcher<'a> {
             .collect()
     }
 
-    /// The pairs around which the plain pair looks alike, on average over the lattice neighbours and
-    /// theirs: leaves out a bare wall that the labels leaked to. Without a plain pair all stay.
-    fn convincing(&self, region: &[(usize, usize)]) -> Vec<(usize, usize)> {
-        let Some(plain) = &self.evidence.plain else {
-            return region.to_vec();
-        };
-        let partners = Partners::new(self.evidence.dots[0].len(), region);
-        let mut sums = vec![(0.0, 0.0); self.evidence.dots[0].len()];
-        for (i, j) in region {
-            // No contrast is weak evidence against.
-            let (z, w) = plain.likeness(*i, *j).unwrap_or((0.0, 0.2));
-            sums[*i] = (z * w, w);
-        }
-        for _ in 0..3 {
-            let before = sums.clone();
-            for (i, _) in region {
-                let beside = self.evidence.graphs[0].neighbours(*i);
-                for n in beside.filter(|n| partners.of(*n).is_some()) {
-                    sums[*i].0 += before[n].0;
-                    sums[*i].1 += before[n].1;
-                }
-            }
-        }
-        region.iter().filter(|(i, _)| sums[*i].0 >= CONVINCING * sums[*i].1).copied().collect()
-    }
-
     fn ambiguous(&self, verdict: &Verdict) -> CorrespondError {
         let own = self.median_disparity(&verdict.chosen.pairs);
         let other = verdict.rival.as_ref().map_or(own, |r| self.median_disparity(&r.pairs));
@@ -407,24 +351,4 @@ impl<'a> Matcher<'a> {
         let (confidence, needed) = (verdict.confidence, self.params.min_confidence);
         CorrespondError::Ambiguous { means, confidence, needed }
     }
-}
-
-/// Disparities at which parts of the subject may lie, from those of its largest region: no further
-/// before or behind it than `behind_mm` (calibrated), or than its own range of disparity.
-pub(super) fn subject_range(
-    subject: &[f64],
-    rig: Option<&RectifiedRig>,
-    params: &LatticeParams,
-    spacing_px: f64,
-) -> RangeInclusive<f64> {
-    let (Some(low), Some(high)) = (percentile(subject, 0.02), percentile(subject, 0.98)) else {
-        return f64::NEG_INFINITY..=f64::INFINITY;
-    };
-    let free = (high - low).max(spacing_px);
-    let metric = rig.and_then(|rig| {
-        let (far, near) = (rig.depth_mm(low)?, rig.depth_mm(high)?);
-        let nearest = (near - params.behind_mm).max(0.5 * near);
-        Some(rig.disparity_px(far + params.behind_mm)..=rig.disparity_px(nearest))
-    });
-    metric.unwrap_or(low - free..=high + free)
 }

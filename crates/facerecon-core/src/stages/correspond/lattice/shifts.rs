@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-use crate::data::Dot;
 use crate::math::{Vec2, median};
 
+use super::cues::Evidence;
 use super::graph::{Cell, Graph};
 
 /// Left component, right component, and `right cell - left cell`.
@@ -89,24 +89,25 @@ pub(super) fn pairs(
         .collect()
 }
 
-/// Shifts in order of the number of dots that vote for them: each pair of dots on about one row
-/// (within `slack_px`) and with a disparity in `range` votes. At most `keep` are returned, each with at least `least` votes.
+/// Shifts in order of their votes: each pair of free dots on about one row (within `slack_px`) and
+/// with a disparity in `range` votes, the more alike the more. At most `keep` are returned, each
+/// with at least `least` voters.
 pub(super) fn candidates(
-    graphs: &[Graph; 2],
-    dots: [&[Dot]; 2],
+    evidence: &Evidence<'_>,
     free: &[Vec<bool>; 2],
     slack_px: f64,
     range: &RangeInclusive<f64>,
     least: usize,
     keep: usize,
 ) -> Vec<Shift> {
+    let (dots, graphs) = (evidence.dots, evidence.graphs);
     let mut rows: Vec<(f64, usize)> = (0..dots[1].len())
         .filter(|j| free[1][*j] && graphs[1].labels[*j].is_some())
         .map(|j| (dots[1][j].position.y, j))
         .collect();
     rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     // Read out by a full sort, so the map's order does not matter.
-    let mut votes: HashMap<Shift, usize> = HashMap::new();
+    let mut votes: HashMap<Shift, (usize, f64)> = HashMap::new();
     for (i, dot) in dots[0].iter().enumerate().filter(|(i, _)| free[0][*i]) {
         let Some(a) = graphs[0].labels[i] else {
             continue;
@@ -118,13 +119,15 @@ pub(super) fn candidates(
             if let (Some(b), true) = (graphs[1].labels[*j], range.contains(&disparity)) {
                 let cell = [b.cell[0] - a.cell[0], b.cell[1] - a.cell[1]];
                 let shift = Shift { left: a.component, right: b.component, cell };
-                *votes.entry(shift).or_default() += 1;
+                let vote = votes.entry(shift).or_default();
+                vote.0 += 1;
+                vote.1 += evidence.alike(&(i, *j));
             }
         }
     }
-    let mut ranked: Vec<(usize, Shift)> =
-        votes.into_iter().filter(|(_, n)| *n >= least).map(|(s, n)| (n, s)).collect();
-    ranked.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut ranked: Vec<(f64, Shift)> =
+        votes.into_iter().filter(|(_, v)| v.0 >= least).map(|(s, v)| (v.1, s)).collect();
+    ranked.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     ranked.truncate(keep);
     ranked.into_iter().map(|r| r.1).collect()
 }

@@ -76,7 +76,13 @@ fn look(scene: &Scene) -> View {
                     && q.y > 3.0
                     && q.x < SIZE.0 as f64 - 4.0
                     && q.y < SIZE.1 as f64 - 4.0;
-                if inside {
+                // nothing nearer on the way from the camera
+                let camera = Vec3::new(side as f64 * BASELINE, 0.0, 0.0);
+                let clear = (60..100).all(|k| {
+                    let on_way = camera + (p - camera) * (f64::from(k) / 100.0);
+                    on_way.z < surface(&on_way) + 1.0
+                });
+                if inside && clear {
                     // a few hundredths of a pixel of noise, different in both photos
                     let jitter = 0.05 * (37.0 * q.x + 91.0 * q.y).sin();
                     let position = q + Vec2::new(jitter, -jitter);
@@ -217,11 +223,17 @@ fn a_wall_behind_does_not_join_the_face() {
     let near = view.rig.disparity_px(1150.0);
     let behind = found.matches.iter().filter(|m| m.disparity() < near).count();
     let (_, wrong) = judge(&view, &found);
-    assert!(found.matches.len() > 500, "{}", found.matches.len());
-    assert!(
-        behind * 50 < found.matches.len() && wrong * 50 < found.matches.len(),
-        "{behind} {wrong}"
-    );
+    let faces = (0..view.dots[0].len())
+        .filter(|i| {
+            let partner = view.cells[1].iter().position(|c| *c == view.cells[0][*i]);
+            let x = view.dots[0][*i].position.x;
+            partner.is_some_and(|j| x - view.dots[1][j].position.x > near)
+        })
+        .count();
+    let matched = found.matches.len() - behind;
+    // the rim, where the plain pair shows face and wall in one window, may be lost
+    assert!(matched * 100 > 80 * faces && faces > 300, "{matched} of {faces}");
+    assert!(behind * 50 < faces && wrong * 50 < faces, "{behind} behind, {wrong} wrong");
 }
 
 #[test]
