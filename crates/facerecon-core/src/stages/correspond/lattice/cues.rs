@@ -7,7 +7,7 @@ use crate::data::{Dot, Gray, Seeds};
 use crate::math::Vec2;
 
 use super::graph::Graph;
-use super::shifts::Rows;
+use super::shifts::{Pair, Rows};
 
 /// Samples a side of a dot's surroundings.
 const SIDE: usize = 6;
@@ -105,19 +105,14 @@ impl Badness {
 impl Evidence<'_> {
     /// How alike two dots' surroundings look without the pattern, 0 to 1; small where there is no
     /// contrast, 1 without the plain pair.
-    pub(super) fn alike(&self, (left, right): &(usize, usize)) -> f64 {
+    pub(super) fn alike(&self, (left, right): &Pair) -> f64 {
         self.plain.as_ref().map_or(1.0, |plain| {
             plain.likeness(*left, *right).map_or(0.1, |(z, _)| 0.1 + 0.9 * z.max(0.0).powi(2))
         })
     }
 
     /// The badness of pairing `pairs`, out of the left dots `asked`.
-    pub(super) fn badness(
-        &self,
-        asked: &[usize],
-        pairs: &[(usize, usize)],
-        rows: &Rows,
-    ) -> Badness {
+    pub(super) fn badness(&self, asked: &[usize], pairs: &[Pair], rows: &Rows) -> Badness {
         let partner = Partners::new(self.dots[0].len(), pairs);
         Badness {
             rows: self.rows(pairs, rows),
@@ -130,7 +125,7 @@ impl Evidence<'_> {
 
     /// Rows: a dot and its partner lie on one row; with a wrong shift they differ as the lattice's
     /// rows bend over the face. Root mean square difference over what noise allows.
-    fn rows(&self, pairs: &[(usize, usize)], rows: &Rows) -> f64 {
+    fn rows(&self, pairs: &[Pair], rows: &Rows) -> f64 {
         let clip = (4.0 * self.tolerance_px).powi(2);
         let sum: f64 = pairs
             .iter()
@@ -145,7 +140,7 @@ impl Evidence<'_> {
     }
 
     /// The plain pair looks alike around a dot and its partner.
-    fn plain(&self, pairs: &[(usize, usize)]) -> f64 {
+    fn plain(&self, pairs: &[Pair]) -> f64 {
         let Some(plain) = &self.plain else {
             return 1.0;
         };
@@ -160,7 +155,7 @@ impl Evidence<'_> {
 
     /// Dots on dark skin are dim in both photos: correlation of each dot's height over that of its
     /// lattice neighbours, which takes shading and exposure out.
-    fn brightness(&self, pairs: &[(usize, usize)], partner: &Partners) -> f64 {
+    fn brightness(&self, pairs: &[Pair], partner: &Partners) -> f64 {
         let log = |side: usize, i: usize| self.dots[side][i].amplitude.max(1.0).ln();
         let (mut ab, mut aa, mut bb, mut n) = (0.0, 0.0, 0.0, 0.0);
         for (i, j) in pairs {
@@ -224,7 +219,7 @@ impl Evidence<'_> {
 pub(super) struct Partners(Vec<usize>);
 
 impl Partners {
-    pub(super) fn new(len: usize, pairs: &[(usize, usize)]) -> Self {
+    pub(super) fn new(len: usize, pairs: &[Pair]) -> Self {
         let mut partners = vec![usize::MAX; len];
         pairs.iter().for_each(|(i, j)| partners[*i] = *j);
         Self(partners)

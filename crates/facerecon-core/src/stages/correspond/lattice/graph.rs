@@ -122,7 +122,7 @@ impl Grower<'_> {
         };
         let (first, cost_first) = opposite(near.first()?)?;
         let across = |v: &&Vec2| first.perp(v).abs() > 0.6 * first.norm() * v.norm();
-        let (second, cost_second) = near.iter().filter(across).find_map(|v| opposite(v))?;
+        let (second, cost_second) = near.iter().filter(across).find_map(opposite)?;
         Some((cost_first + cost_second, self.orient(first, second)))
     }
 

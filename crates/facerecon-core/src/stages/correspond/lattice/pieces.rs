@@ -3,14 +3,15 @@
 use super::cues::Partners;
 use super::graph::STEPS;
 use super::regions::{Matcher, Proposal};
+use super::shifts::Pair;
 
 /// Mean correlation of the plain pair around a dot that surely shows the same skin.
 const CONVINCING: f64 = 0.4;
 
 impl Matcher<'_> {
     /// The largest connected set of pairs on level rows that look alike by at least `alike`.
-    pub(super) fn region(&self, proposal: &Proposal, alike: f64) -> Option<Vec<(usize, usize)>> {
-        let level: Vec<(usize, usize)> = proposal
+    pub(super) fn region(&self, proposal: &Proposal, alike: f64) -> Option<Vec<Pair>> {
+        let level: Vec<Pair> = proposal
             .pairs
             .iter()
             .filter(|p| {
@@ -27,11 +28,7 @@ impl Matcher<'_> {
     /// Splits pairs into connected pieces. Two lattice neighbours are linked when they are one side
     /// of a full cell of four pairs in which disparity steps by less than `step_px`: single file is
     /// no link, as labels that leak from a face to the wall behind it run in single file.
-    pub(super) fn pieces(
-        &self,
-        pairs: &[(usize, usize)],
-        step_px: f64,
-    ) -> Vec<Vec<(usize, usize)>> {
+    pub(super) fn pieces(&self, pairs: &[Pair], step_px: f64) -> Vec<Vec<Pair>> {
         let graph = &self.evidence.graphs[0];
         let partners = Partners::new(self.evidence.dots[0].len(), pairs);
         let smooth = |a: usize, b: usize| match (partners.of(a), partners.of(b)) {
@@ -76,7 +73,7 @@ impl Matcher<'_> {
 
     /// The left dots of a region, and the pairs around it that its rows did not fit: without these
     /// a shift would be judged by its own selection.
-    pub(super) fn with_rim(&self, region: &[(usize, usize)], proposal: &Proposal) -> Vec<usize> {
+    pub(super) fn with_rim(&self, region: &[Pair], proposal: &Proposal) -> Vec<usize> {
         let partners = Partners::new(self.evidence.dots[0].len(), region);
         let touches = |i: usize| {
             self.evidence.graphs[0].neighbours(i).filter(|n| partners.of(*n).is_some()).count() >= 2
@@ -91,7 +88,7 @@ impl Matcher<'_> {
 
     /// The pairs around which the plain pair looks alike, on average over the lattice neighbours and
     /// theirs: leaves out a bare wall that the labels leaked to. Without a plain pair all stay.
-    pub(super) fn convincing(&self, region: &[(usize, usize)]) -> Vec<(usize, usize)> {
+    pub(super) fn convincing(&self, region: &[Pair]) -> Vec<Pair> {
         let Some(plain) = &self.evidence.plain else {
             return region.to_vec();
         };

@@ -9,7 +9,7 @@ use crate::observer::Observer;
 use super::super::CorrespondError;
 use super::LatticeParams;
 use super::cues::{Badness, Evidence};
-use super::shifts::{Rows, Shift, candidates, pairs};
+use super::shifts::{Pair, Rows, Shift, candidates, pairs};
 
 /// Two dots that belong together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +96,7 @@ pub(super) struct Matcher<'a> {
 #[derive(Clone)]
 pub(super) struct Proposal {
     shift: Shift,
-    pub(super) pairs: Vec<(usize, usize)>,
+    pub(super) pairs: Vec<Pair>,
     pub(super) rows: Rows,
     /// See [`Matcher::support`].
     support: f64,
@@ -179,12 +179,8 @@ impl<'a> Matcher<'a> {
     }
 
     /// The proposal with the best supported region, and that region.
-    fn best<'p>(
-        &self,
-        proposals: &'p [Proposal],
-        alike: f64,
-    ) -> Option<(&'p Proposal, Vec<(usize, usize)>)> {
-        let mut best: Option<(f64, &Proposal, Vec<(usize, usize)>)> = None;
+    fn best<'p>(&self, proposals: &'p [Proposal], alike: f64) -> Option<(&'p Proposal, Vec<Pair>)> {
+        let mut best: Option<(f64, (&Proposal, Vec<Pair>))> = None;
         for proposal in proposals {
             // A region's support cannot exceed its proposal's.
             if best.as_ref().is_some_and(|b| b.0 >= proposal.support) {
@@ -194,10 +190,10 @@ impl<'a> Matcher<'a> {
             let support = self.support(&region, &proposal.rows);
             let better = best.as_ref().is_none_or(|b| support > b.0);
             if better && region.len() >= self.params.min_component {
-                best = Some((support, proposal, region));
+                best = Some((support, (proposal, region)));
             }
         }
-        best.map(|(_, proposal, region)| (proposal, region))
+        best.map(|b| b.1)
     }
 
     /// All shifts worth a look, with their pairs.
@@ -224,7 +220,7 @@ impl<'a> Matcher<'a> {
             .collect()
     }
 
-    fn proposal(&self, shift: Shift, pairs: Vec<(usize, usize)>, rows: Option<&Rows>) -> Proposal {
+    fn proposal(&self, shift: Shift, pairs: Vec<Pair>, rows: Option<&Rows>) -> Proposal {
         let tolerance = self.evidence.tolerance_px;
         let samples: Vec<(Vec2, f64)> = pairs.iter().map(|p| self.row_difference(p)).collect();
         let rows = rows.copied().unwrap_or_else(|| Rows::fit(&samples, tolerance));
@@ -233,34 +229,34 @@ impl<'a> Matcher<'a> {
     }
 
     /// Sum over pairs of how well they lie on one row and look alike, 0 to 1 each.
-    fn support(&self, pairs: &[(usize, usize)], rows: &Rows) -> f64 {
-        let level = |pair: &(usize, usize)| {
+    fn support(&self, pairs: &[Pair], rows: &Rows) -> f64 {
+        let level = |pair: &Pair| {
             let (l, dy) = self.row_difference(pair);
             (1.0 - ((dy - rows.at(&l)) / self.evidence.tolerance_px).powi(2)).max(0.0)
         };
         pairs.iter().map(|p| level(p) * self.evidence.alike(p)).sum()
     }
 
-    pub(super) fn row_difference(&self, pair: &(usize, usize)) -> (Vec2, f64) {
+    pub(super) fn row_difference(&self, pair: &Pair) -> (Vec2, f64) {
         let (l, r) = self.positions(pair);
         (l, r.y - l.y)
     }
 
-    fn positions(&self, (i, j): &(usize, usize)) -> (Vec2, Vec2) {
+    fn positions(&self, (i, j): &Pair) -> (Vec2, Vec2) {
         (self.evidence.dots[0][*i].position, self.evidence.dots[1][*j].position)
     }
 
-    pub(super) fn disparity(&self, pair: &(usize, usize)) -> f64 {
+    pub(super) fn disparity(&self, pair: &Pair) -> f64 {
         let (l, r) = self.positions(pair);
         l.x - r.x
     }
 
-    fn median_disparity(&self, pairs: &[(usize, usize)]) -> f64 {
+    fn median_disparity(&self, pairs: &[Pair]) -> f64 {
         median(&pairs.iter().map(|p| self.disparity(p)).collect::<Vec<_>>()).unwrap_or(0.0)
     }
 
     /// Whether a calibrated rig allows a subject there.
-    fn plausible(&self, pairs: &[(usize, usize)]) -> bool {
+    fn plausible(&self, pairs: &[Pair]) -> bool {
         self.rig.is_none_or(|rig| {
             rig.depth_mm(self.median_disparity(pairs))
                 .is_some_and(|z| (self.params.nearest_mm..=self.params.farthest_mm).contains(&z))
@@ -290,12 +286,7 @@ impl<'a> Matcher<'a> {
     /// The shift the cues prefer for a region. It is sure when it beats its closest rival and the
     /// photos themselves speak for it: with level rows and no contrast all shifts are alike, and
     /// the best of many is only the luckiest.
-    fn decide(
-        &self,
-        best: &Proposal,
-        region: &[(usize, usize)],
-        proposals: &[Proposal],
-    ) -> Verdict {
+    fn decide(&self, best: &Proposal, region: &[Pair], proposals: &[Proposal]) -> Verdict {
         let judged = self.judged(&self.with_rim(region, best), proposals);
         let (chosen, badness) =
             judged.first().map_or_else(|| (best.clone(), None), |j| (j.1.clone(), Some(j.0)));
@@ -312,16 +303,11 @@ impl<'a> Matcher<'a> {
 
     /// A region without the pieces beyond a step of depth for which the photos do not speak or
     /// another shift is clearly better: labels that crossed an edge may have lost count there.
-    fn verified(
-        &self,
-        region: &[(usize, usize)],
-        chosen: &Proposal,
-        proposals: &[Proposal],
-    ) -> Vec<(usize, usize)> {
+    fn verified(&self, region: &[Pair], chosen: &Proposal, proposals: &[Proposal]) -> Vec<Pair> {
         let step = self.params.max_step * self.evidence.spacing_px;
         let mut pieces = self.pieces(&self.convincing(region), step);
         pieces.sort_by_key(|p| std::cmp::Reverse(p.len()));
-        let holds = |piece: &Vec<(usize, usize)>| {
+        let holds = |piece: &Vec<Pair>| {
             let asked: Vec<usize> = piece.iter().map(|p| p.0).collect();
             let judged = self.judged(&asked, proposals);
             let own = judged.iter().find(|j| j.1.shift == chosen.shift).map(|j| j.0);

@@ -9,6 +9,9 @@ use crate::math::{Vec2, median};
 use super::cues::Evidence;
 use super::graph::{Cell, Graph};
 
+/// A left dot and a right dot, by index.
+pub(super) type Pair = (usize, usize);
+
 /// Left component, right component, and `right cell - left cell`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Shift {
@@ -76,7 +79,7 @@ pub(super) fn pairs(
     members: &[usize],
     shift: Shift,
     free: &[Vec<bool>; 2],
-) -> Vec<(usize, usize)> {
+) -> Vec<Pair> {
     members
         .iter()
         .filter(|i| free[0][**i])

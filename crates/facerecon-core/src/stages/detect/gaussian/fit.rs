@@ -58,10 +58,9 @@ impl Window {
         for dy in -r..=r {
             for dx in -r..=r {
                 let inside = ((dx * dx + dy * dy) as f64) <= (radius + 0.5).powi(2);
-                if let (true, Some(v)) = (inside, image.get(cx + dx, cy + dy)) {
-                    if f64::from(v) < saturation {
-                        samples.push((dx as f64, dy as f64, f64::from(v)));
-                    }
+                let level = image.get(cx + dx, cy + dy).map_or(f64::INFINITY, f64::from);
+                if inside && level < saturation {
+                    samples.push((dx as f64, dy as f64, level));
                 }
             }
         }
@@ -95,9 +94,8 @@ fn fit_window(
     let window = Window::new(image, at, radius, params.saturation);
     let origin = Vec2::new(at.x.round(), at.y.round());
     let start = at - origin;
-    let level = |x: &f64| *x;
-    let lowest = window.samples.iter().map(|s| level(&s.2)).fold(f64::INFINITY, f64::min);
-    let highest = window.samples.iter().map(|s| level(&s.2)).fold(f64::NEG_INFINITY, f64::max);
+    let lowest = window.samples.iter().map(|s| s.2).fold(f64::INFINITY, f64::min);
+    let highest = window.samples.iter().map(|s| s.2).fold(f64::NEG_INFINITY, f64::max);
     if window.samples.len() < 14 || !(highest - lowest > 0.5 * params.min_amplitude) {
         return None;
     }
