@@ -21,6 +21,8 @@ const BEFORE_EARS_MM: f64 = 22.0;
 /// A simulated capture, what was reconstructed from it, and how far that is from the truth.
 #[derive(Clone, Debug)]
 pub struct Demo {
+    /// The person's skin, the texture of the true mesh.
+    pub skin: Rgb,
     /// The capture and its truth.
     pub simulated: Simulated,
     /// What was reconstructed.
@@ -57,7 +59,7 @@ pub fn demo(seed: u64, params: &Params, observer: &dyn Observer) -> Result<Demo,
     let found = reconstruct(&simulated.capture, &template::built_in(), params, observer)?;
     let error = face_error(&simulated, &found)
         .ok_or_else(|| Error::Input("demo: no part of the true face is seen".into()))?;
-    Ok(Demo { simulated, found, error })
+    Ok(Demo { skin, simulated, found, error })
 }
 
 /// Distances from the true face's dots seen by both cameras, and the surface between them, to the
@@ -97,12 +99,12 @@ fn face_region(head: &Template) -> Vec<bool> {
 ///
 /// # Errors
 /// [`Error::Render`] for a mesh that cannot be drawn.
-pub fn picture(demo: &Demo, skin: &Rgb) -> Result<Rgb, Error> {
+pub fn picture(demo: &Demo) -> Result<Rgb, Error> {
     const CELL: (usize, usize) = (360, 420);
     let views = [View::Front, View::ThreeQuarter, View::Profile];
     let truth =
         demo.simulated.truth.mesh.transformed(&demo.simulated.truth.camera_from_model.inverse());
-    let true_face = Scene { texture: Some(skin), ..Scene::new(&truth) };
+    let true_face = Scene { texture: Some(&demo.skin), ..Scene::new(&truth) };
     let texture = demo.found.texture.as_ref().map(|t| &t.image);
     let ours = Scene { texture, ..Scene::new(&demo.found.mesh) };
     let textured = if texture.is_some() { Mode::Lit } else { Mode::Shaded };

@@ -19,7 +19,6 @@ pub(super) fn demo(args: &DemoArgs, as_json: bool, terminal: &Terminal) -> Resul
     let progress = Progress::new(terminal.quiet);
     let made = core_demo::demo(args.subject, &params, &[&progress as &dyn Observer, &recorder])?;
     drop(progress);
-    let (_, skin, _) = core_demo::person(args.subject);
     let folder = &args.output;
     facerecon_core::simulate::write_simulated(&folder.join("capture"), &made.simulated)?;
     result::write(
@@ -30,7 +29,7 @@ pub(super) fn demo(args: &DemoArgs, as_json: bool, terminal: &Terminal) -> Resul
         Frame::Model,
         args.keep_stages,
     )?;
-    io::image::write_png(&folder.join("picture.png"), &core_demo::picture(&made, &skin)?)?;
+    io::image::write_png(&folder.join("picture.png"), &core_demo::picture(&made)?)?;
     reconstruct::tell(&made.found, terminal);
     let error = &made.error;
     terminal.say(format!(
