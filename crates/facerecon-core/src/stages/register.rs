@@ -35,6 +35,7 @@ crate::settings! {
         /// Whether the coarse head is registered first, where the template has one (thesis section 6.5.2).
         coarse_first: bool = true;
         /// Whether the points may also be scaled uniformly; the thesis only turns and moves them.
+        /// Points in model units (no calibration) are always scaled.
         scale: bool = false;
         /// Besl: the threshold tau. It stops once the error d of Eq. 3.8 falls by less than this in
         /// a step, as a fraction of d itself.
