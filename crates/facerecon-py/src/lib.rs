@@ -1,4 +1,17 @@
 //! Python bindings: a private module `facerecon._core` under a typed Python facade.
+//!
+//! The facade checks layouts, shapes and numbers of arrays; here they are copied into the core's
+//! own types, the GIL is released, and errors become exceptions of `facerecon.errors`.
+
+mod capture;
+mod convert;
+mod errors;
+mod makers;
+mod meshes;
+mod params;
+mod reconstruction;
+mod stages;
+mod watch;
 
 use std::ffi::OsString;
 
@@ -14,5 +27,12 @@ fn cli_main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_function(wrap_pyfunction!(cli_main, module)?)
+    module.add("FEATURES", facerecon_core::data::FEATURES)?;
+    module.add_function(wrap_pyfunction!(cli_main, module)?)?;
+    params::add(module)?;
+    capture::add(module)?;
+    meshes::add(module)?;
+    reconstruction::add(module)?;
+    stages::add(module)?;
+    makers::add(module)
 }

@@ -1,0 +1,300 @@
+"""Captures and rigs: from files or from arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._arrays import F64, U8, matrix, photo
+from .errors import ParameterError
+
+SEEDS = ("head", "left_ear", "right_ear")
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Two calibrated cameras, as OpenCV's stereo calibration gives them.
+
+    Attributes:
+        K1, K2: (3, 3) camera matrices of the left and right camera, pixels.
+        D1, D2: up to 8 distortion coefficients ``k1 k2 p1 p2 k3 k4 k5 k6``.
+        R, T: (3, 3) rotation and (3,) translation, mm: ``X_right = R X_left + T``.
+        image_size: (width, height) of the photos it was calibrated on, or ``None``.
+    """
+
+    K1: Any
+    D1: Any
+    K2: Any
+    D2: Any
+    R: Any
+    T: Any
+    image_size: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        for name, shape in (("K1", (3, 3)), ("K2", (3, 3)), ("R", (3, 3)), ("T", (3,))):
+            object.__setattr__(
+                self, name, np.array(matrix(f"rig.{name}", getattr(self, name), shape))
+            )
+        for name in ("D1", "D2"):
+            object.__setattr__(self, name, np.array(_lens(f"rig.{name}", getattr(self, name))))
+        for name in ("K1", "K2"):
+            _camera(f"rig.{name}", getattr(self, name))
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Rig:
+        """Read an OpenCV calibration (YAML, XML or JSON), mm.
+
+        Raises:
+            FileError: (an ``OSError``) naming the file and what is wrong with it.
+        """
+        parts, _warnings = _core.read_rig(fspath(path))
+        return cls(*parts)
+
+    @classmethod
+    def parallel(
+        cls,
+        baseline_mm: float,
+        focal_px: float,
+        principal_left: Sequence[float],
+        principal_right: Sequence[float],
+    ) -> Rig:
+        """A parallel rig: equal focal lengths, no distortion, level rows (thesis Eq. 2.2)."""
+        left = [[focal_px, 0, principal_left[0]], [0, focal_px, principal_left[1]], [0, 0, 1]]
+        right = [[focal_px, 0, principal_right[0]], [0, focal_px, principal_right[1]], [0, 0, 1]]
+        lens = [0.0] * 5
+        return cls(left, lens, right, lens, np.eye(3), [-float(baseline_mm), 0.0, 0.0])
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write an OpenCV calibration (YAML)."""
+        _core.write_rig(fspath(path), self._parts())
+
+    @property
+    def baseline_mm(self) -> float:
+        """Distance between the cameras, mm."""
+        return float(np.linalg.norm(self.T))
+
+    def _parts(self) -> _core.RigParts:
+        return (
+            self.K1.tolist(),
+            self.D1.tolist(),
+            self.K2.tolist(),
+            self.D2.tolist(),
+            self.R.tolist(),
+            self.T.tolist(),
+            self.image_size,
+        )
+
+
+def _lens(name: str, value: Any) -> list[float]:
+    array = np.asarray(value, dtype=np.float64).reshape(-1)
+    if array.size > 8 or not np.isfinite(array).all():
+        raise ParameterError(
+            f"{name} has {array.size} numbers, but up to 8 finite ones are wanted", "parameters"
+        )
+    return [float(v) for v in array]
+
+
+def _camera(name: str, k: F64) -> None:
+    rest = k - np.array([[k[0, 0], 0, k[0, 2]], [0, k[1, 1], k[1, 2]], [0, 0, 1]])
+    if np.abs(rest).max() > 1e-6 or k[0, 0] <= 0 or k[1, 1] <= 0:
+        raise ParameterError(
+            f"{name} is {k.tolist()}, but [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] is wanted",
+            "parameters",
+        )
+
+
+def _marks(name: str, marks: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Positions in both photos as ``xl, yl, xr, yr``."""
+    found: dict[str, list[float]] = {}
+    for key, value in marks.items():
+        if isinstance(value, Mapping):
+            value = [value.get("left"), value.get("right")]
+        flat = matrix(f"{name}[{key!r}]", np.asarray(value, dtype=np.float64).reshape(-1), (4,))
+        found[key] = flat
+    return found
+
+
+class Capture:
+    """One session in front of the cameras: photographs, pattern, rig, marks.
+
+    Args:
+        left, right: photos with the pattern, (height, width, 3) uint8 sRGB, or grey
+            (height, width) uint8, uint16 or float with levels 0 to 255.
+        left_plain, right_plain: the pair without the pattern, for the texture.
+        rig: the cameras; without it the result is in model units, not metric.
+        columns, rows: dots of the projected pattern.
+        kind: ``"dots"`` or ``"stripes"``.
+        rotation_deg: turn of the lattice, clockwise.
+        seeds: the thesis's three marked pairs ``head``, ``left_ear``, ``right_ear``, each
+            ``((xl, yl), (xr, yr))`` in pixels of the photos.
+        landmarks: marked features by name, likewise.
+        extra: further photos for the texture with their cameras, dictionaries with ``image``,
+            ``K``, ``D``, ``R``, ``T``; ``X_camera = R X_left + T``, mm.
+
+    Raises:
+        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
+    """
+
+    def __init__(
+        self,
+        left: Any,
+        right: Any,
+        left_plain: Any = None,
+        right_plain: Any = None,
+        *,
+        rig: Rig | None = None,
+        columns: int = 85,
+        rows: int = 64,
+        kind: str = "dots",
+        rotation_deg: float = 0.0,
+        seeds: Mapping[str, Any] | None = None,
+        landmarks: Mapping[str, Any] | None = None,
+        extra: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        photos = {"left": photo("left", left), "right": photo("right", right)}
+        if (left_plain is None) != (right_plain is None):
+            raise ParameterError(
+                "left_plain and right_plain belong together; give both or neither", "parameters"
+            )
+        plain = None
+        if left_plain is not None:
+            photos["left_plain"] = photo("left_plain", left_plain)
+            photos["right_plain"] = photo("right_plain", right_plain)
+            plain = photos["left_plain"], photos["right_plain"]
+        size = photos["left"][0].shape[:2]
+        for name, (colour, _) in photos.items():
+            if colour.shape[:2] != size:
+                raise ParameterError(
+                    f"{name} has shape {colour.shape[:2]}, but that of left, {size}, is wanted",
+                    "parameters",
+                )
+        if kind not in ("dots", "stripes"):
+            raise ParameterError(
+                f'kind is {kind!r}, but must be "dots" or "stripes"', "parameters"
+            )
+        if not (1 <= rows <= 10000 and 2 <= columns <= 10000 and np.isfinite(rotation_deg)):
+            raise ParameterError(
+                f"the pattern has {columns} columns and {rows} rows, turned by {rotation_deg}; "
+                "2 to 10000 columns, 1 to 10000 rows and a finite angle are wanted",
+                "parameters",
+            )
+        marks = None if seeds is None else _marks("seeds", seeds)
+        if marks is not None and set(marks) != set(SEEDS):
+            raise ParameterError(
+                f"seeds has {sorted(marks)}, but {list(SEEDS)} are wanted", "parameters"
+            )
+        features = _marks("landmarks", landmarks or {})
+        unknown = sorted(set(features) - set(_core.FEATURES))
+        if unknown:
+            raise ParameterError(
+                f"landmarks has {unknown}, but the names are {list(_core.FEATURES)}", "parameters"
+            )
+        self._core = _core.Capture(
+            photos["left"],
+            photos["right"],
+            plain,
+            [_extra(i, e) for i, e in enumerate(extra)],
+            (kind, int(columns), int(rows), float(rotation_deg)),
+            None if rig is None else rig._parts(),
+            marks,
+            features,
+        )
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Capture:
+        """Read a capture folder, or its ``capture.toml``.
+
+        Raises:
+            FileError: (an ``OSError``) naming the file and what is wrong with it.
+        """
+        return cls._wrap(_core.Capture.read(fspath(path)))
+
+    @classmethod
+    def _wrap(cls, core: _core.Capture) -> Capture:
+        capture = cls.__new__(cls)
+        capture._core = core
+        return capture
+
+    def save(self, folder: str | PathLike[str]) -> str:
+        """Write a capture folder; gives the path of its ``capture.toml``."""
+        return fspath(self._core.write(fspath(folder)))
+
+    @property
+    def left(self) -> U8:
+        """The left photo with the pattern, (height, width, 3) uint8."""
+        image = self._core.photo("left")
+        assert image is not None
+        return image
+
+    @property
+    def right(self) -> U8:
+        """The right photo with the pattern, (height, width, 3) uint8."""
+        image = self._core.photo("right")
+        assert image is not None
+        return image
+
+    @property
+    def left_plain(self) -> U8 | None:
+        """The left photo without the pattern, or ``None``."""
+        return self._core.photo("left_plain")
+
+    @property
+    def right_plain(self) -> U8 | None:
+        """The right photo without the pattern, or ``None``."""
+        return self._core.photo("right_plain")
+
+    @property
+    def rig(self) -> Rig | None:
+        """The cameras, or ``None``."""
+        parts = self._core.rig
+        return None if parts is None else Rig(*parts)
+
+    @property
+    def pattern(self) -> dict[str, str | int | float]:
+        """``kind``, ``columns``, ``rows`` and ``rotation_deg`` of the projected pattern."""
+        kind, columns, rows, rotation = self._core.pattern
+        return {"kind": kind, "columns": columns, "rows": rows, "rotation_deg": rotation}
+
+    @property
+    def warnings(self) -> list[str]:
+        """What reading it found odd."""
+        return self._core.warnings
+
+    def __repr__(self) -> str:
+        height, width, _ = self.left.shape
+        plain = "with" if self.left_plain is not None else "without"
+        rig = "calibrated" if self.rig is not None else "not calibrated"
+        return f"<facerecon.Capture: {width}x{height} px, {plain} plain pair, {rig}>"
+
+    def _repr_html_(self) -> str:
+        from ._html import figure
+
+        pair = np.concatenate([self.left, self.right], axis=1)
+        step = max(1, pair.shape[1] // 900)
+        return figure(np.ascontiguousarray(pair[::step, ::step]), repr(self))
+
+
+def _extra(number: int, given: Mapping[str, Any]) -> _core.ExtraParts:
+    name = f"extra[{number}]"
+    missing = sorted({"image", "K", "R", "T"} - set(given))
+    if missing:
+        raise ParameterError(f"{name} lacks {missing}", "parameters")
+    k = matrix(f"{name}.K", given["K"], (3, 3))
+    _camera(f"{name}.K", np.array(k))
+    return (
+        photo(f"{name}.image", given["image"]),
+        k,
+        _lens(f"{name}.D", given.get("D", [])),
+        matrix(f"{name}.R", given["R"], (3, 3)),
+        matrix(f"{name}.T", given["T"], (3,)),
+    )
+
+
+def as_capture(capture: Capture | str | PathLike[str]) -> Capture:
+    """A capture, or the one at a path."""
+    return capture if isinstance(capture, Capture) else Capture.load(capture)

@@ -1,0 +1,245 @@
+"""Triangle meshes as numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _core
+from ._arrays import F64, U8, U32, colors, indices, picture, rows
+from .errors import ParameterError
+
+if TYPE_CHECKING:
+    MeshParts = tuple[F64, U32, F64 | None, U32 | None, U8 | None]
+
+
+class Mesh:
+    """A triangle mesh, with texture coordinates, texture and named features where it has them.
+
+    Args:
+        vertices: (n, 3), millimetres unless said otherwise.
+        faces: (m, 3) vertex numbers, counter-clockwise seen from outside.
+        uv: (k, 2) texture coordinates: u right, v up, (0, 0) the lower left corner.
+        uv_faces: (m, 3) numbers into ``uv``; ``None`` means ``faces`` (then k = n).
+        texture: (height, width, 3) uint8 sRGB; row 0 is at v = 1.
+        colors: (n, 3) uint8 sRGB of the vertices.
+        landmarks: vertex numbers of features by name.
+
+    Raises:
+        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
+    """
+
+    vertices: F64
+    faces: U32
+    uv: F64 | None
+    uv_faces: U32 | None
+    texture: U8 | None
+    colors: U8 | None
+    landmarks: dict[str, int]
+
+    def __init__(
+        self,
+        vertices: Any,
+        faces: Any,
+        *,
+        uv: Any = None,
+        uv_faces: Any = None,
+        texture: Any = None,
+        colors: Any = None,
+        landmarks: Mapping[str, int] | None = None,
+    ) -> None:
+        self.vertices = rows("vertices", vertices, 3)
+        self.faces = indices("faces", faces, 3, len(self.vertices))
+        self.uv = self.uv_faces = None
+        if uv is not None:
+            self.uv = rows("uv", uv, 2)
+            if uv_faces is None and len(self.uv) != len(self.vertices):
+                raise ParameterError(
+                    f"uv has shape {self.uv.shape}, but ({len(self.vertices)}, 2) is wanted, "
+                    "one for each vertex, unless uv_faces is given",
+                    "parameters",
+                )
+            corners = self.faces if uv_faces is None else uv_faces
+            self.uv_faces = indices("uv_faces", corners, 3, len(self.uv))
+            if len(self.uv_faces) != len(self.faces):
+                raise ParameterError(
+                    f"uv_faces has shape {self.uv_faces.shape}, but {self.faces.shape} is wanted",
+                    "parameters",
+                )
+        elif uv_faces is not None:
+            raise ParameterError("uv_faces is given without uv", "parameters")
+        self.texture = None if texture is None else picture("texture", texture)
+        self.colors = None if colors is None else _colors(colors, len(self.vertices))
+        self.landmarks = dict(landmarks or {})
+        for name, vertex in self.landmarks.items():
+            if not 0 <= vertex < len(self.vertices):
+                raise ParameterError(
+                    f"landmarks: {name} is vertex {vertex}, but there are {len(self.vertices)}",
+                    "parameters",
+                )
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Mesh:
+        """Read OBJ (+MTL, texture), VRML 1.0/2.0, PLY, GLB or STL; vertices keep the file's order.
+
+        Raises:
+            FileError: (an ``OSError``) naming the file and what is wrong with it.
+        """
+        parts, texture, _warnings = _core.read_mesh(fspath(path))
+        return cls._from_parts(parts, texture)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write ``.obj`` (+MTL, PNG), ``.ply``, ``.glb`` (texture inside) or ``.stl``.
+
+        Raises:
+            FileError: (an ``OSError``) for an ending that cannot be written, or a full disk.
+        """
+        _core.write_mesh(fspath(path), self._parts(), self._texture())
+
+    @classmethod
+    def from_trimesh(cls, mesh: Any) -> Mesh:
+        """From a ``trimesh.Trimesh``, with its texture or vertex colours."""
+        visual = getattr(mesh, "visual", None)
+        kind = getattr(visual, "kind", None)
+        uv = texture = vertex_colors = None
+        if kind == "texture" and visual is not None and visual.uv is not None:
+            uv = visual.uv
+            material = visual.material
+            image = getattr(material, "image", None)
+            if image is None:
+                image = getattr(material, "baseColorTexture", None)
+            if image is not None:
+                texture = np.asarray(image.convert("RGB"))
+        elif kind == "vertex" and visual is not None:
+            vertex_colors = np.asarray(visual.vertex_colors)[:, :3]
+        return cls(mesh.vertices, mesh.faces, uv=uv, texture=texture, colors=vertex_colors)
+
+    def to_trimesh(self) -> Any:
+        """As a ``trimesh.Trimesh``; vertices on texture seams are doubled."""
+        import trimesh
+
+        if self.uv is None or self.uv_faces is None:
+            return trimesh.Trimesh(
+                self.vertices, self.faces, vertex_colors=self.colors, process=False
+            )
+        vertices, faces, uv = self._unwelded()
+        image = None
+        if self.texture is not None:
+            from PIL import Image
+
+            image = Image.fromarray(self.texture)
+        visual = trimesh.visual.TextureVisuals(uv=uv, image=image)
+        return trimesh.Trimesh(vertices, faces, visual=visual, process=False)
+
+    def to_open3d(self) -> Any:
+        """As an ``open3d.geometry.TriangleMesh``."""
+        import open3d as o3d
+
+        mesh = o3d.geometry.TriangleMesh(
+            o3d.utility.Vector3dVector(self.vertices),
+            o3d.utility.Vector3iVector(self.faces.astype(np.int32)),
+        )
+        if self.colors is not None:
+            mesh.vertex_colors = o3d.utility.Vector3dVector(self.colors / 255.0)
+        if self.uv is not None and self.uv_faces is not None:
+            corners = self.uv[self.uv_faces.reshape(-1)]
+            mesh.triangle_uvs = o3d.utility.Vector2dVector(corners)
+            mesh.triangle_material_ids = o3d.utility.IntVector(
+                np.zeros(len(self.faces), dtype=np.int32)
+            )
+            if self.texture is not None:
+                mesh.textures = [o3d.geometry.Image(np.flipud(self.texture).copy())]
+        mesh.compute_vertex_normals()
+        return mesh
+
+    def transformed(self, target_from_source: Any) -> Mesh:
+        """The mesh in another frame, by a 4x4 matrix."""
+        matrix = rows("target_from_source", target_from_source, 4)
+        if matrix.shape != (4, 4):
+            raise ParameterError(
+                f"target_from_source has shape {matrix.shape}, but (4, 4) is wanted", "parameters"
+            )
+        return self._with_vertices(self.vertices @ matrix[:3, :3].T + matrix[:3, 3])
+
+    def render(
+        self,
+        view: str | tuple[str, ...] | list[str] = "front",
+        mode: str | None = None,
+        size: tuple[int, int] = (400, 460),
+    ) -> U8:
+        """A picture (height, width, 3) from named views; see :func:`facerecon.render`."""
+        from .makers import render
+
+        return render(self, view, mode=mode, size=size)
+
+    def _unwelded(self) -> tuple[F64, U32, F64]:
+        """Vertices doubled where their texture coordinates differ; those of no face are left out."""
+        assert self.uv is not None and self.uv_faces is not None
+        pairs = np.stack([self.faces.reshape(-1), self.uv_faces.reshape(-1)], axis=1)
+        unique, inverse = np.unique(pairs, axis=0, return_inverse=True)
+        faces = inverse.reshape(-1, 3).astype(np.uint32)
+        return self.vertices[unique[:, 0]], faces, self.uv[unique[:, 1]]
+
+    def _with_vertices(self, vertices: F64) -> Mesh:
+        return Mesh(
+            vertices,
+            self.faces,
+            uv=self.uv,
+            uv_faces=self.uv_faces,
+            texture=self.texture,
+            colors=self.colors,
+            landmarks=self.landmarks,
+        )
+
+    def _parts(self) -> MeshParts:
+        """The arrays, checked again: they may have been changed since."""
+        checked = self._with_vertices(self.vertices)
+        return checked.vertices, checked.faces, checked.uv, checked.uv_faces, checked.colors
+
+    def _texture(self) -> U8 | None:
+        return None if self.texture is None else picture("texture", self.texture)
+
+    @classmethod
+    def _from_parts(
+        cls,
+        parts: MeshParts,
+        texture: U8 | None = None,
+        landmarks: Mapping[str, int] | None = None,
+    ) -> Mesh:
+        vertices, faces, uv, uv_faces, vertex_colors = parts
+        return cls(
+            vertices,
+            faces,
+            uv=uv,
+            uv_faces=uv_faces,
+            texture=texture,
+            colors=vertex_colors,
+            landmarks=landmarks,
+        )
+
+    def __repr__(self) -> str:
+        extra = [
+            word
+            for word, has in (("uv", self.uv), ("texture", self.texture), ("colors", self.colors))
+            if has is not None
+        ]
+        words = f", with {', '.join(extra)}" if extra else ""
+        return f"<facerecon.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces{words}>"
+
+    def _repr_html_(self) -> str:
+        from ._html import figure
+
+        return figure(self.render(("front", "three-quarter", "profile"), size=(260, 300)), repr(self))
+
+
+def _colors(value: Any, count: int) -> U8:
+    array = colors("colors", value)
+    if len(array) != count:
+        raise ParameterError(
+            f"colors has shape {array.shape}, but ({count}, 3) is wanted, one for each vertex",
+            "parameters",
+        )
+    return array

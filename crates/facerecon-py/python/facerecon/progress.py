@@ -1,0 +1,101 @@
+"""Watching a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+STAGES = (
+    "rectify",
+    "detect",
+    "correspond",
+    "refine",
+    "triangulate",
+    "register",
+    "deform",
+    "smooth",
+    "texture",
+)
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a stage.
+
+    Attributes:
+        stage: name of the stage.
+        kind: ``"started"``, ``"finished"``, ``"iteration"``, ``"count"`` or ``"warning"``.
+        number: the step (iteration) or how many (count).
+        value: the error after the step (iteration) or seconds taken (finished).
+        text: what was counted (count) or the warning in words.
+    """
+
+    stage: str
+    kind: str
+    number: int
+    value: float
+    text: str
+
+
+Callback = Callable[[Event], object]
+Raw = Callable[[str, str, int, float, str], None]
+
+
+class Watcher(Protocol):
+    """What a run needs to be watched."""
+
+    callback: Raw | None
+
+    def close(self) -> None:
+        """The run is over."""
+
+
+class _Silent:
+    callback: Raw | None = None
+
+    def close(self) -> None:
+        pass
+
+
+class _Calls:
+    def __init__(self, to: Callback) -> None:
+        def call(stage: str, kind: str, number: int, value: float, text: str) -> None:
+            to(Event(stage, kind, number, value, text))
+
+        self.callback: Raw | None = call
+
+    def close(self) -> None:
+        pass
+
+
+class _Bar:
+    def __init__(self) -> None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError as error:
+            raise ImportError(
+                "progress=True draws its bar with tqdm: pip install 'facerecon[viz]', "
+                "or give a function instead of True"
+            ) from error
+        self.bar: Any = tqdm(total=len(STAGES), unit="stage", leave=False)
+        self.callback: Raw | None = self._show
+
+    def _show(self, stage: str, kind: str, number: int, value: float, text: str) -> None:
+        if kind == "started":
+            self.bar.set_description(stage)
+            if stage in STAGES:
+                self.bar.n = STAGES.index(stage)
+                self.bar.refresh()
+        elif kind == "iteration":
+            self.bar.set_postfix_str(f"step {number}, error {value:.4g}")
+
+    def close(self) -> None:
+        self.bar.close()
+
+
+def watcher(progress: bool | Callback) -> Watcher:
+    """What ``progress=`` asks for: ``False`` nothing, ``True`` a bar, else a function."""
+    if callable(progress):
+        return _Calls(progress)
+    return _Bar() if progress else _Silent()

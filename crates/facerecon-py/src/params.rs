@@ -1,0 +1,61 @@
+//! Parameters: the core's own struct, and those of the makers.
+
+use facerecon_core::params::Params as CoreParams;
+use facerecon_core::settings::{self, SettingsError, Value};
+use pyo3::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::errors::to_py;
+
+/// Single settings: `(dotted name, value as TOML text)`.
+pub(crate) type Sets = Vec<(String, String)>;
+
+/// All parameters of a reconstruction.
+#[pyclass(frozen, module = "facerecon._core")]
+pub(crate) struct Params(pub(crate) CoreParams);
+
+#[pymethods]
+impl Params {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        profile: Option<&str>,
+        toml: Option<&str>,
+        sets: Sets,
+    ) -> PyResult<Self> {
+        CoreParams::load(profile, toml, &sets).map(Self).map_err(|e| to_py(py, e))
+    }
+
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        self.0.to_toml().map_err(|e| to_py(py, e))
+    }
+
+    fn to_json(&self, py: Python<'_>) -> PyResult<String> {
+        serde_json::to_string(&self.0)
+            .map_err(|e| to_py(py, SettingsError::Malformed(e.to_string())))
+    }
+}
+
+/// The settings of a maker.
+pub(crate) fn own<T>(py: Python<'_>, sets: &Sets) -> PyResult<T>
+where
+    T: Value + Serialize + DeserializeOwned,
+{
+    let read = || -> Result<T, SettingsError> {
+        let mut table = toml::Table::new();
+        for (name, value) in sets {
+            settings::set::<T>(&mut table, name, value)?;
+        }
+        let params: T = table
+            .try_into()
+            .map_err(|e: toml::de::Error| SettingsError::Malformed(e.message().to_owned()))?;
+        params.check("", None)?;
+        Ok(params)
+    };
+    read().map_err(|e| to_py(py, e))
+}
+
+pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Params>()
+}

@@ -1,0 +1,284 @@
+//! Single stages on arrays.
+
+use facerecon_core::data::{Cloud, Gray};
+use facerecon_core::error::Error;
+use facerecon_core::math::Vec3;
+use facerecon_core::pipeline::parts;
+use facerecon_core::spatial::eliminate_multiple;
+use facerecon_core::stages::deform::{DeformInput, deform as run_deform};
+use facerecon_core::stages::detect::{DetectMethod, DetectParams, detect as run_detect};
+use facerecon_core::stages::filter::filter as run_filter;
+use facerecon_core::stages::rectify::rectify as run_rectify;
+use facerecon_core::stages::register::{RegisterInput, register as run_register};
+use facerecon_core::stages::smooth::smooth as run_smooth;
+use facerecon_core::template;
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::capture::Capture;
+use crate::convert::{
+    CloudOut, MeshIn, MeshOut, array, cloud_out, gray, mesh, mesh_out, pixels, pixels_out, points,
+    raster_out, rgb_out, transform_out,
+};
+use crate::meshes::Template;
+use crate::params::Params;
+use crate::reconstruction::to_json;
+use crate::watch::watched;
+
+type GrayIn<'py> = PyReadonlyArray2<'py, f32>;
+type GrayOut<'py> = Bound<'py, PyArray2<f32>>;
+/// `(positions, sigmas, amplitudes, scores, spacing, thinned image)`.
+type DotsOut<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    Option<GrayOut<'py>>,
+);
+
+/// `(equalized, sharpened, binary)`.
+#[pyfunction]
+fn filter<'py>(
+    py: Python<'py>,
+    image: GrayIn<'py>,
+    params: &Params,
+) -> PyResult<(Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>)> {
+    let (image, params) = (gray(&image)?, &params.0.filter);
+    let done = watched(py, None, |watch| Ok(run_filter(&image, params, watch)?))?;
+    let equalized = done.equalized.map(|e| raster_out(py, e)).transpose()?;
+    Ok((equalized, raster_out(py, done.sharpened)?, raster_out(py, done.binary)?))
+}
+
+/// Convolution with a kernel, row by row; the thesis's Eq. 2.1 by default.
+#[pyfunction]
+fn sharpen<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<GrayOut<'py>> {
+    let (image, kernel) = (gray(&image)?, &params.0.filter.kernel);
+    let work = || facerecon_core::stages::filter::sharpen(&image, kernel);
+    raster_out(py, py.detach(work).map_err(|e| crate::errors::to_py(py, e))?)
+}
+
+/// 0 or 255 as the parameters say.
+#[pyfunction]
+fn threshold<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<GrayOut<'py>> {
+    let image = gray(&image)?;
+    let done: Gray =
+        py.detach(|| facerecon_core::stages::filter::threshold(&image, &params.0.filter));
+    raster_out(py, done)
+}
+
+/// The dots of a photo; with `binary`, of a black and white one by thinning.
+#[pyfunction]
+fn detect<'py>(
+    py: Python<'py>,
+    image: GrayIn<'py>,
+    binary: bool,
+    params: &Params,
+) -> PyResult<DotsOut<'py>> {
+    let (image, params) = (gray(&image)?, &params.0);
+    let found = watched(py, None, |watch| {
+        if binary {
+            let thin = DetectParams { method: DetectMethod::Thin, ..params.detect.clone() };
+            Ok(run_detect(&image, &thin, watch)?)
+        } else {
+            parts::dots(&image, params, watch)
+        }
+    })?;
+    let column = |f: fn(&facerecon_core::data::Dot) -> f64| {
+        PyArray1::from_vec(py, found.dots.iter().map(f).collect())
+    };
+    Ok((
+        pixels_out(py, found.dots.iter().map(|d| d.position))?,
+        column(|d| d.sigma_px),
+        column(|d| d.amplitude),
+        column(|d| d.score),
+        found.spacing_px,
+        found.thinned.map(|t| raster_out(py, t)).transpose()?,
+    ))
+}
+
+/// The rectified pair with level rows, as a dictionary.
+#[pyfunction]
+fn rectify<'py>(
+    py: Python<'py>,
+    capture: &Capture,
+    params: &Params,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (photos, params) = (&capture.capture, &params.0.rectify);
+    let done = watched(py, None, |watch| Ok(run_rectify(photos, params, watch)?))?;
+    let out = PyDict::new(py);
+    out.set_item("left", raster_out(py, done.left)?)?;
+    out.set_item("right", raster_out(py, done.right)?)?;
+    let plain = match done.plain {
+        Some([left, right]) => Some((raster_out(py, left)?, raster_out(py, right)?)),
+        None => None,
+    };
+    out.set_item("plain", plain)?;
+    out.set_item("offset_px", done.rows.offset_px)?;
+    out.set_item("roll_deg", done.rows.roll_deg)?;
+    out.set_item("scale", done.rows.scale)?;
+    out.set_item("residual_px", done.rows.residual_px)?;
+    out.set_item("corrected", done.rows.corrected)?;
+    out.set_item("warnings", done.warnings)?;
+    Ok(out)
+}
+
+/// Points of pairs in the photos' own pixels; `(cloud, metric)`.
+#[pyfunction]
+fn triangulate<'py>(
+    py: Python<'py>,
+    capture: &Capture,
+    left: PyReadonlyArray2<'py, f64>,
+    right: PyReadonlyArray2<'py, f64>,
+    params: &Params,
+) -> PyResult<(CloudOut<'py>, bool)> {
+    let pairs: Vec<_> = pixels(&left, "left")?.into_iter().zip(pixels(&right, "right")?).collect();
+    let (photos, params) = (&capture.capture, &params.0);
+    let done = watched(py, None, |watch| {
+        parts::triangulate_photo_pairs(photos, &pairs, &template::built_in(), params, watch)
+    })?;
+    Ok((cloud_out(py, done.cloud)?, done.metric))
+}
+
+/// Brings points to a model; `(model_from_data, facts as JSON, history)`.
+#[pyfunction]
+fn icp<'py>(
+    py: Python<'py>,
+    data: PyReadonlyArray2<'py, f64>,
+    model: &Template,
+    metric: bool,
+    features: Option<(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>)>,
+    params: &Params,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>)> {
+    let data = Cloud::from_points(points(&data, "data")?);
+    let features: Vec<(Vec3, Vec3)> = match &features {
+        Some((measured, marked)) => {
+            points(measured, "features")?.into_iter().zip(points(marked, "features")?).collect()
+        }
+        None => Vec::new(),
+    };
+    let (head, params) = (&model.template, &params.0.register);
+    let pose = watched(py, callback, |watch| {
+        let input = RegisterInput {
+            data: &data,
+            model: &head.mesh,
+            coarse: head.coarse.as_ref(),
+            features: &features,
+            metric,
+        };
+        Ok(run_register(&input, params, watch)?)
+    })?;
+    let facts = to_json(
+        py,
+        &serde_json::json!({
+            "iterations": pose.iterations,
+            "start_iterations": pose.start_iterations,
+            "coarse_iterations": pose.coarse_iterations,
+            "termination": pose.termination,
+            "from_features": pose.from_features,
+            "rms_before": pose.rms_before,
+            "rms_after": pose.rms_after,
+            "scale": pose.model_from_data.scale,
+        }),
+    )?;
+    Ok((transform_out(py, &pose.model_from_data)?, facts, pose.history, pose.inliers))
+}
+
+/// Vertices with the places they should reach.
+fn goals(
+    (vertices, at): &(Vec<usize>, PyReadonlyArray2<'_, f64>),
+    what: &str,
+) -> PyResult<Vec<(usize, Vec3)>> {
+    Ok(vertices.iter().copied().zip(points(at, what)?).collect())
+}
+
+/// Bends a head to points; `(mesh, rms before, rms after, centres)`.
+#[pyfunction]
+fn deform<'py>(
+    py: Python<'py>,
+    head: MeshIn<'py>,
+    data: PyReadonlyArray2<'py, f64>,
+    assigned: Option<(Vec<usize>, PyReadonlyArray2<'py, f64>)>,
+    features: Option<(Vec<usize>, PyReadonlyArray2<'py, f64>)>,
+    params: &Params,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<(MeshOut<'py>, f64, f64, usize)> {
+    let head = mesh(&head)?;
+    let data = Cloud::from_points(points(&data, "data")?);
+    let assigned = assigned.map(|given| goals(&given, "assignments")).transpose()?;
+    let features = features.map(|given| goals(&given, "features")).transpose()?.unwrap_or_default();
+    let params = &params.0.deform;
+    let bent = watched(py, callback, |watch| {
+        let assignments =
+            assigned.unwrap_or_else(|| eliminate_multiple(&data.points, &head.vertices, None));
+        let input = DeformInput {
+            template: &head,
+            data: &data,
+            assignments: &assignments,
+            features: &features,
+        };
+        Ok(run_deform(&input, params, watch)?)
+    })?;
+    Ok((mesh_out(py, bent.mesh)?, bent.rms_before, bent.rms_after, bent.centres))
+}
+
+/// Smooths a mesh; `(mesh, steps, movement of each step, enlargement)`.
+#[pyfunction]
+fn smooth<'py>(
+    py: Python<'py>,
+    parts: MeshIn<'py>,
+    reference: Option<PyReadonlyArray2<'py, f64>>,
+    params: &Params,
+) -> PyResult<(MeshOut<'py>, usize, Vec<f64>, [f64; 3])> {
+    let rough = mesh(&parts)?;
+    let reference = reference.map(|r| points(&r, "reference")).transpose()?.unwrap_or_default();
+    let params = &params.0.smooth;
+    let done = watched(py, None, |watch| Ok(run_smooth(&rough, &reference, params, watch)?))?;
+    let grown = done.enlarged;
+    Ok((mesh_out(py, done.mesh)?, done.steps, done.movement, [grown.x, grown.y, grown.z]))
+}
+
+/// Colours a mesh of the camera frame; `(texture, coverage)`.
+#[pyfunction]
+fn texture<'py>(
+    py: Python<'py>,
+    capture: &Capture,
+    parts: MeshIn<'py>,
+    params: &Params,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<(Bound<'py, PyArray3<u8>>, Bound<'py, PyArray2<u8>>)> {
+    let face = mesh(&parts)?;
+    let (photos, params) = (&capture.capture, &params.0);
+    let made = watched(py, callback, |watch| parts::texture_mesh(photos, &face, params, watch))?;
+    Ok((rgb_out(py, made.image)?, raster_out(py, made.coverage)?))
+}
+
+/// The one data point each vertex is left with (thesis section 3.2); `(vertices, points)`.
+#[pyfunction]
+fn assign<'py>(
+    py: Python<'py>,
+    data: PyReadonlyArray2<'py, f64>,
+    vertices: PyReadonlyArray2<'py, f64>,
+) -> PyResult<(Vec<usize>, Bound<'py, PyArray2<f64>>)> {
+    let (data, vertices) = (points(&data, "data")?, points(&vertices, "vertices")?);
+    let work = || -> Result<_, Error> { Ok(eliminate_multiple(&data, &vertices, None)) };
+    let found = watched(py, None, |_| work())?;
+    let ids = found.iter().map(|f| f.0).collect();
+    Ok((ids, array(py, found.iter().map(|f| [f.1.x, f.1.y, f.1.z]).collect())?))
+}
+
+pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(filter, module)?)?;
+    module.add_function(wrap_pyfunction!(sharpen, module)?)?;
+    module.add_function(wrap_pyfunction!(threshold, module)?)?;
+    module.add_function(wrap_pyfunction!(detect, module)?)?;
+    module.add_function(wrap_pyfunction!(rectify, module)?)?;
+    module.add_function(wrap_pyfunction!(triangulate, module)?)?;
+    module.add_function(wrap_pyfunction!(icp, module)?)?;
+    module.add_function(wrap_pyfunction!(deform, module)?)?;
+    module.add_function(wrap_pyfunction!(smooth, module)?)?;
+    module.add_function(wrap_pyfunction!(texture, module)?)?;
+    module.add_function(wrap_pyfunction!(assign, module)?)
+}
