@@ -111,11 +111,26 @@ pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<
                 return Err(SettingsError::Unknown { name: name.to_owned(), hint });
             }
             (kind, true) => {
-                target.insert((*part).to_owned(), parse_value(kind, text));
+                let value = parse_value(kind, text);
+                check_choice(name, kind, &value)?;
+                target.insert((*part).to_owned(), value);
             }
         }
     }
     Ok(())
+}
+
+/// Names the parameter and its choices, which the TOML reader's own message does not.
+fn check_choice(name: &str, kind: &Kind, value: &toml::Value) -> Result<(), SettingsError> {
+    let (Kind::Choice(choices), Some(given)) = (kind, value.as_str()) else { return Ok(()) };
+    if choices.iter().any(|c| c.0 == given) {
+        return Ok(());
+    }
+    let names: Vec<_> = choices.iter().map(|c| c.0).collect();
+    Err(SettingsError::Malformed(format!(
+        "{name} is {given:?}, but must be one of {}",
+        names.join(", ")
+    )))
 }
 
 fn parse_value(kind: &Kind, text: &str) -> toml::Value {

@@ -21,6 +21,14 @@ U32 = npt.NDArray[np.uint32]
 Matrix = list[list[float]]
 #: What a photo is for the core: colour, and grey where it has fractions.
 PhotoParts = tuple[U8, F32 | None]
+#: Vertices, faces, texture coordinates, their faces, colours.
+MeshParts = tuple[F64, U32, F64 | None, U32 | None, U8 | None]
+#: K1, D1, K2, D2, R, T, image size.
+RigParts = tuple[
+    Matrix, list[float], Matrix, list[float], Matrix, list[float], tuple[int, int] | None
+]
+#: Photo, K, D, R, T.
+ExtraParts = tuple[PhotoParts, Matrix, list[float], Matrix, list[float]]
 
 
 def refuse(name: str, value: npt.NDArray[Any], wanted: str) -> ParameterError:

@@ -5,29 +5,54 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-F64: TypeAlias = npt.NDArray[np.float64]
-F32: TypeAlias = npt.NDArray[np.float32]
-U8: TypeAlias = npt.NDArray[np.uint8]
-U32: TypeAlias = npt.NDArray[np.uint32]
-Bool: TypeAlias = npt.NDArray[np.bool_]
+from ._arrays import F32, F64, U8, ExtraParts, MeshParts, PhotoParts, RigParts
+
 _Path: TypeAlias = str | PathLike[str]
-_Matrix: TypeAlias = list[list[float]]
 _Sets: TypeAlias = list[tuple[str, str]]
 _Callback: TypeAlias = Any
-# vertices, faces, uvs, face_uvs, colors
-MeshParts: TypeAlias = tuple[F64, U32, F64 | None, U32 | None, U8 | None]
 # points, normals, colors, sigmas
 _CloudParts: TypeAlias = tuple[F64, F64 | None, U8 | None, F64 | None]
 # left, right, disparity, points, lattice, score
 _MatchParts: TypeAlias = tuple[F64, F64, F64, F64, F64, F64]
 # positions, sigmas, amplitudes, scores, spacing, thinned
 _DotParts: TypeAlias = tuple[F64, F64, F64, F64, float, F32 | None]
-_PhotoParts: TypeAlias = tuple[U8, F32 | None]
-RigParts: TypeAlias = tuple[
-    _Matrix, list[float], _Matrix, list[float], _Matrix, list[float], tuple[int, int] | None
-]
-ExtraParts: TypeAlias = tuple[_PhotoParts, _Matrix, list[float], _Matrix, list[float]]
 _Goals: TypeAlias = tuple[list[int], F64]
+
+__all__ = [
+    "Capture",
+    "FEATURES",
+    "Params",
+    "Reconstruction",
+    "Simulation",
+    "Template",
+    "__version__",
+    "assign",
+    "batch_run",
+    "batch_tables",
+    "cli_main",
+    "compare",
+    "deform",
+    "detect",
+    "encode_png",
+    "filter",
+    "find_matches",
+    "icp",
+    "pattern",
+    "read_mesh",
+    "read_photo",
+    "read_rig",
+    "reconstruct",
+    "rectify",
+    "render",
+    "sharpen",
+    "simulate",
+    "smooth",
+    "texture",
+    "threshold",
+    "triangulate",
+    "write_mesh",
+    "write_rig",
+]
 
 __version__: Final[str]
 FEATURES: Final[list[str]]
@@ -42,9 +67,9 @@ class Params:
 class Capture:
     def __new__(
         cls,
-        left: _PhotoParts,
-        right: _PhotoParts,
-        plain: tuple[_PhotoParts, _PhotoParts] | None,
+        left: PhotoParts,
+        right: PhotoParts,
+        plain: tuple[PhotoParts, PhotoParts] | None,
         extra: Sequence[ExtraParts],
         pattern: tuple[str, int, int, float],
         rig: RigParts | None,
@@ -98,7 +123,7 @@ class Simulation:
     def capture(self) -> Capture: ...
     def mesh(self) -> MeshParts: ...
     def depth(self) -> F32: ...
-    def face(self) -> Bool: ...
+    def face(self) -> npt.NDArray[np.bool_]: ...
     def camera_from_model(self) -> F64: ...
     def save(self, folder: _Path) -> PathLike[str]: ...
 
@@ -108,15 +133,15 @@ def write_rig(path: _Path, rig: RigParts) -> None: ...
 def read_photo(path: _Path) -> U8: ...
 def encode_png(image: U8) -> bytes: ...
 def read_mesh(path: _Path) -> tuple[MeshParts, U8 | None, list[str]]: ...
-def write_mesh(path: _Path, parts: MeshParts, texture: U8 | None = None) -> None: ...
+def write_mesh(path: _Path, parts: MeshParts, texture: U8 | None) -> None: ...
 def reconstruct(
     capture: Capture,
     template: Template | None,
     params: Params,
-    callback: _Callback = None,
+    callback: _Callback,
 ) -> Reconstruction: ...
 def find_matches(
-    capture: Capture, params: Params, callback: _Callback = None
+    capture: Capture, params: Params, callback: _Callback
 ) -> tuple[_MatchParts, list[int], list[str]]: ...
 def batch_run(
     capture: _Path, output: _Path, template: str, params: Params, frame: str
@@ -136,7 +161,7 @@ def icp(
     metric: bool,
     features: tuple[F64, F64] | None,
     params: Params,
-    callback: _Callback = None,
+    callback: _Callback,
 ) -> tuple[F64, str, list[float], list[int]]: ...
 def deform(
     head: MeshParts,
@@ -144,13 +169,13 @@ def deform(
     assigned: _Goals | None,
     features: _Goals | None,
     params: Params,
-    callback: _Callback = None,
+    callback: _Callback,
 ) -> tuple[MeshParts, float, float, int]: ...
 def smooth(
     parts: MeshParts, reference: F64 | None, params: Params
 ) -> tuple[MeshParts, int, list[float], list[float]]: ...
 def texture(
-    capture: Capture, parts: MeshParts, params: Params, callback: _Callback = None
+    capture: Capture, parts: MeshParts, params: Params, callback: _Callback
 ) -> tuple[U8, U8]: ...
 def assign(data: F64, vertices: F64) -> tuple[list[int], F64]: ...
 def simulate(
@@ -158,7 +183,7 @@ def simulate(
     parts: MeshParts | None,
     texture: U8 | None,
     sets: _Sets,
-    callback: _Callback = None,
+    callback: _Callback,
 ) -> Simulation: ...
 def pattern(sets: _Sets) -> U8: ...
 def render(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arrays import F64, U8, matrix, photo
+from ._arrays import F64, U8, ExtraParts, RigParts, matrix, photo
 from .errors import ParameterError
 
 SEEDS = ("head", "left_ear", "right_ear")
@@ -78,7 +78,7 @@ class Rig:
         """Distance between the cameras, mm."""
         return float(np.linalg.norm(self.T))
 
-    def _parts(self) -> _core.RigParts:
+    def _parts(self) -> RigParts:
         return (
             self.K1.tolist(),
             self.D1.tolist(),
@@ -279,7 +279,7 @@ class Capture:
         return figure(np.ascontiguousarray(pair[::step, ::step]), repr(self))
 
 
-def _extra(number: int, given: Mapping[str, Any]) -> _core.ExtraParts:
+def _extra(number: int, given: Mapping[str, Any]) -> ExtraParts:
     name = f"extra[{number}]"
     missing = sorted({"image", "K", "R", "T"} - set(given))
     if missing:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from . import _core
-from ._arrays import F64, U8, U32, colors, indices, picture, rows
+from ._arrays import F64, U8, U32, MeshParts, colors, indices, picture, rows
 from .errors import ParameterError
-
-if TYPE_CHECKING:
-    MeshParts = tuple[F64, U32, F64 | None, U32 | None, U8 | None]
 
 
 class Mesh:

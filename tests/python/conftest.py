@@ -1,0 +1,31 @@
+"""What several tests need: one simulated person, one reconstruction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import facerecon as fr
+import pytest
+
+#: A small, quick rig; every stage still sees a real face.
+QUICK = {"width_px": 512, "height_px": 384, "focal_px": 1844.0, "dot_mm": 6.0}
+
+
+@pytest.fixture(scope="session")
+def shot() -> fr.Simulation:
+    """A person before the virtual rig."""
+    return fr.simulate(subject=1)
+
+
+@pytest.fixture(scope="session")
+def folder(shot: fr.Simulation, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same as a capture folder."""
+    path = tmp_path_factory.mktemp("capture") / "person"
+    shot.save(path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def result(folder: Path) -> fr.Result:
+    """Its reconstruction."""
+    return fr.reconstruct(folder)
