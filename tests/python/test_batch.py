@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
+import threading
+import time
 from pathlib import Path
 
 import facerecon as fr
@@ -49,8 +52,18 @@ def test_a_dask_worker_that_dies_loses_nothing(captures: list[Path], tmp_path: P
     with cluster, distributed.Client(cluster) as client:
         victim = next(iter(client.scheduler_info()["workers"]))
         pid = client.run(os.getpid, workers=[victim])[victim]
-        killed = client.submit(os.kill, pid, 9, pure=False, retries=0)
+        died = threading.Event()
+
+        def kill() -> None:
+            while not client.processing()[victim]:
+                time.sleep(0.01)
+            os.kill(pid, signal.SIGKILL)
+            died.set()
+
+        killer = threading.Thread(target=kill)
+        killer.start()
         table = fr.batch([captures[0], captures[2]], tmp_path / "out", client=client)
-        del killed
+        killer.join()
+    assert died.is_set()
     assert [row["status"] for row in table.rows] == ["done", "done"]
     assert sorted(p.name for p in (tmp_path / "out").iterdir() if p.is_dir()) == ["anna", "clara"]

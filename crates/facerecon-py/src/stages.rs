@@ -28,6 +28,14 @@ use crate::watch::watched;
 
 type GrayIn<'py> = PyReadonlyArray2<'py, f32>;
 type GrayOut<'py> = Bound<'py, PyArray2<f32>>;
+/// A black and white photo on its way: `(equalized, sharpened, binary)`.
+type FilteredOut<'py> = (Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>);
+/// Measured and marked features, row by row.
+type FeaturesIn<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
+/// `(model_from_data, facts as JSON, error history, inliers)`.
+type PoseOut<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>);
+/// Vertices and the places they should reach.
+type GoalsIn<'py> = (Vec<usize>, PyReadonlyArray2<'py, f64>);
 /// `(positions, sigmas, amplitudes, scores, spacing, thinned image)`.
 type DotsOut<'py> = (
     Bound<'py, PyArray2<f64>>,
@@ -40,11 +48,7 @@ type DotsOut<'py> = (
 
 /// `(equalized, sharpened, binary)`.
 #[pyfunction]
-fn filter<'py>(
-    py: Python<'py>,
-    image: GrayIn<'py>,
-    params: &Params,
-) -> PyResult<(Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>)> {
+fn filter<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<FilteredOut<'py>> {
     let (image, params) = (gray(&image)?, &params.0.filter);
     let done = watched(py, None, |watch| Ok(run_filter(&image, params, watch)?))?;
     let equalized = done.equalized.map(|e| raster_out(py, e)).transpose()?;
@@ -148,10 +152,10 @@ fn icp<'py>(
     data: PyReadonlyArray2<'py, f64>,
     model: &Template,
     metric: bool,
-    features: Option<(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>)>,
+    features: Option<FeaturesIn<'py>>,
     params: &Params,
     callback: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>)> {
+) -> PyResult<PoseOut<'py>> {
     let data = Cloud::from_points(points(&data, "data")?);
     let features: Vec<(Vec3, Vec3)> = match &features {
         Some((measured, marked)) => {
@@ -187,10 +191,7 @@ fn icp<'py>(
 }
 
 /// Vertices with the places they should reach.
-fn goals(
-    (vertices, at): &(Vec<usize>, PyReadonlyArray2<'_, f64>),
-    what: &str,
-) -> PyResult<Vec<(usize, Vec3)>> {
+fn goals((vertices, at): &GoalsIn<'_>, what: &str) -> PyResult<Vec<(usize, Vec3)>> {
     Ok(vertices.iter().copied().zip(points(at, what)?).collect())
 }
 
@@ -200,8 +201,8 @@ fn deform<'py>(
     py: Python<'py>,
     head: MeshIn<'py>,
     data: PyReadonlyArray2<'py, f64>,
-    assigned: Option<(Vec<usize>, PyReadonlyArray2<'py, f64>)>,
-    features: Option<(Vec<usize>, PyReadonlyArray2<'py, f64>)>,
+    assigned: Option<GoalsIn<'py>>,
+    features: Option<GoalsIn<'py>>,
     params: &Params,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<(MeshOut<'py>, f64, f64, usize)> {
