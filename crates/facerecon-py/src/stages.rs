@@ -34,6 +34,8 @@ type FilteredOut<'py> = (Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>);
 type FeaturesIn<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
 /// `(model_from_data, facts as JSON, error history, inliers)`.
 type PoseOut<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>);
+/// `(mesh, steps, movement of each step, enlargement)`.
+type SmoothedOut<'py> = (MeshOut<'py>, usize, Vec<f64>, [f64; 3]);
 /// Vertices and the places they should reach.
 type GoalsIn<'py> = (Vec<usize>, PyReadonlyArray2<'py, f64>);
 /// `(positions, sigmas, amplitudes, scores, spacing, thinned image)`.
@@ -232,7 +234,7 @@ fn smooth<'py>(
     parts: MeshIn<'py>,
     reference: Option<PyReadonlyArray2<'py, f64>>,
     params: &Params,
-) -> PyResult<(MeshOut<'py>, usize, Vec<f64>, [f64; 3])> {
+) -> PyResult<SmoothedOut<'py>> {
     let rough = mesh(&parts)?;
     let reference = reference.map(|r| points(&r, "reference")).transpose()?.unwrap_or_default();
     let params = &params.0.smooth;
