@@ -6,6 +6,7 @@
 //! there is data, it moves along its normals into the detail the noise allows.
 
 mod detail;
+mod islands;
 mod matching;
 mod parts;
 mod plate;
@@ -24,19 +25,19 @@ crate::settings! {
     pub struct NicpParams {
         /// Stiffness from first to last: the displacement follows waves longer than about six
         /// times this length.
-        stiffness_mm: Vec<f64> = vec![30.0, 15.0, 8.0, 4.0], range 0.2..=1000.0, unit "mm";
+        stiffness_mm: Vec<f64> = vec![30.0, 20.0, 12.0, 7.0, 4.0], range 0.2..=1000.0, unit "mm";
         /// Rounds of matching and solving at each stiffness.
-        rounds: usize = 2, range 1.0..=50.0;
+        rounds: usize = 1, range 1.0..=50.0;
         /// Points used while bending; the detail step uses them all.
         points: usize = 6000, range 100.0..=1000000.0;
         /// Whether the head takes the subject's size before it bends.
         resize: bool = true;
         /// Where there is data, faces are split until their edges are about this long.
-        edge_mm: f64 = 1.8, range 0.2..=1000.0, unit "mm";
+        edge_mm: f64 = 1.6, range 0.2..=1000.0, unit "mm";
         /// Most vertices after splitting.
         max_vertices: usize = 60000, range 100.0..=10000000.0;
         /// Smoothing length of the detail step; 0 leaves the step out.
-        detail_mm: f64 = 1.2, range 0.0..=100.0, unit "mm";
+        detail_mm: f64 = 0.8, range 0.0..=100.0, unit "mm";
         /// Most points used in the detail step.
         detail_points: usize = 60000, range 100.0..=10000000.0;
         /// Standard deviation taken for points that bring none.

@@ -11,7 +11,7 @@ use crate::data::{Mesh, Topology};
 use crate::math::Vec3;
 
 /// Smoothing lengths of the rounds, in units of the last one.
-const ROUNDS: [f64; 4] = [2.0, 1.4, 1.0, 1.0];
+const ROUNDS: [f64; 3] = [1.6, 1.0, 1.0];
 /// The region that moves reaches so many rings beyond the last measured vertex.
 const MARGIN: usize = 4;
 /// Points farther than this from the bent surface are outliers by now, mm.
@@ -144,7 +144,7 @@ impl<'a> System<'a> {
         let mut residual: Vec<f64> = right.iter().zip(&product).map(|(b, a)| b - a).collect();
         let mut step = scaled(&residual);
         let mut energy = dot(&residual, &step);
-        let stop = 1e-8 * dot(&right, &scaled(&right));
+        let stop = 1e-6 * dot(&right, &scaled(&right));
         for _ in 0..300 {
             if !(energy > stop) {
                 break;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use super::super::DeformError;
-use super::NicpParams;
+use super::{NicpParams, islands};
 use crate::data::{Cloud, Mesh, Topology};
 use crate::math::{PlanePair, Similarity, Vec3, mad, median};
 use crate::spatial::SurfaceIndex;
@@ -18,6 +18,8 @@ pub(super) struct Point {
     pub weight: f64,
     /// Cell of space it lies in, for comparing it with its neighbours.
     pub cell: u32,
+    /// The small piece of the data it belongs to; none in the large pieces.
+    pub island: Option<u32>,
 }
 
 impl Point {
@@ -30,15 +32,18 @@ impl Point {
             _ => default_sigma,
         };
         let typical = median(&(0..n).map(sigma).collect::<Vec<_>>()).unwrap_or(default_sigma);
-        (0..n)
+        let mut points: Vec<Self> = (0..n)
             .map(|i| Self {
                 at: data.points[i],
                 normal: if data.normals.len() == n { data.normals[i] } else { Vec3::zeros() },
                 weight: (typical / sigma(i)).powi(2).clamp(0.02, 4.0),
                 cell: 0,
+                island: None,
             })
             .filter(|p| p.at.iter().chain(p.normal.iter()).all(|c| c.is_finite()))
-            .collect()
+            .collect();
+        islands::mark(&mut points);
+        points
     }
 
     pub fn transformed(&self, target_from_source: &Similarity) -> Self {
@@ -76,14 +81,20 @@ pub(super) fn thin_evenly(points: &[Point], count: usize) -> Vec<Point> {
 const NEIGHBOURHOOD: f64 = 20.0;
 
 fn in_cells(mut points: Vec<Point>) -> Vec<Point> {
-    let mut cell = cell_for(&points, NEIGHBOURHOOD);
-    for _ in 0..3 {
-        let got = points.len() as f64 / occupied(&points, cell).1.len().max(1) as f64;
-        cell *= (NEIGHBOURHOOD / got).sqrt().clamp(0.3, 3.0);
-    }
+    let cell = cell_of(&points, NEIGHBOURHOOD);
     let (cells, _) = occupied(&points, cell);
     points.iter_mut().zip(cells).for_each(|(p, c)| p.cell = c);
     points
+}
+
+/// The cell that holds about `count` points on average.
+pub(super) fn cell_of(points: &[Point], count: f64) -> f64 {
+    let mut cell = cell_for(points, count);
+    for _ in 0..3 {
+        let got = points.len() as f64 / occupied(points, cell).1.len().max(1) as f64;
+        cell *= (count / got.max(1e-9)).sqrt().clamp(0.3, 3.0);
+    }
+    cell
 }
 
 /// First guess at the cell that holds `count` points of a surface.
@@ -95,7 +106,7 @@ fn cell_for(points: &[Point], count: f64) -> f64 {
 }
 
 /// The cell of each point, counted from 0 in their order, and the first point of each cell.
-fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
+pub(super) fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
     let mut seen: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     let mut first = Vec::new();
     let mut cells = Vec::with_capacity(points.len());
@@ -114,7 +125,7 @@ fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
 pub(super) struct Gate {
     /// Faces that may be matched: those away from an open border.
     open: Vec<bool>,
-    least_cosine: f64,
+    normal_gate: f64,
 }
 
 impl Gate {
@@ -123,10 +134,20 @@ impl Gate {
         let far = |v: &u32| rings[*v as usize] as usize >= params.border_rings;
         Self {
             open: mesh.faces.iter().map(|f| f.iter().all(far)).collect(),
-            least_cosine: params.normal_gate_deg.to_radians().cos(),
+            normal_gate: params.normal_gate_deg.to_radians(),
         }
     }
+
+    /// Least cosine between the normals of a point and its foot, `far` of the reach away: what
+    /// lies farther off must agree better. Beside the head's silhouette the nearest surface looks
+    /// sideways, and what is measured there looks at the camera.
+    fn least_cosine(&self, far: f64) -> f64 {
+        (self.normal_gate * (1.0 - FAR_GATE * far)).cos()
+    }
 }
+
+/// How much narrower the gate of the normals is at full reach.
+const FAR_GATE: f64 = 0.6;
 
 /// A measured point and its place on the surface.
 #[derive(Clone, Copy, Debug)]
@@ -141,6 +162,8 @@ pub(super) struct Found {
     pub weight: f64,
     /// Cell of the measured point.
     pub cell: u32,
+    /// Its island.
+    pub island: Option<u32>,
 }
 
 /// Finds matches on one state of the mesh.
@@ -172,7 +195,8 @@ impl<'a> Matcher<'a> {
             let corners = self.mesh.faces[hit.face].map(|v| v as usize);
             let normal: Vec3 = (0..3).map(|k| self.normals[corners[k]] * hit.barycentric[k]).sum();
             let normal = normal.try_normalize(1e-12)?;
-            if p.normal != Vec3::zeros() && p.normal.dot(&normal) < self.gate.least_cosine {
+            let turned = self.gate.least_cosine(hit.distance / reach);
+            if p.normal != Vec3::zeros() && p.normal.dot(&normal) < turned {
                 return None;
             }
             Some(Found {
@@ -183,10 +207,12 @@ impl<'a> Matcher<'a> {
                 normal,
                 weight: p.weight,
                 cell: p.cell,
+                island: p.island,
             })
         };
         let found: Vec<Option<Found>> = points.par_iter().map(one).collect();
         let mut found: Vec<Found> = found.into_iter().flatten().collect();
+        islands::forget(&mut found);
         forget_outliers(&mut found, calm_mm);
         found
     }
@@ -196,7 +222,8 @@ impl<'a> Matcher<'a> {
 /// disagrees with its neighbours is an outlier, a region that disagrees with the surface is news.
 /// A region that disagrees within itself by more than `calm_mm` (ears, hair) is no measurement of
 /// this surface yet, and counts little.
-fn forget_outliers(found: &mut [Found], calm_mm: f64) {
+/// What hardly counts goes, as there may be nothing better to hold against it.
+fn forget_outliers(found: &mut Vec<Found>, calm_mm: f64) {
     let miss = |f: &Found| f.normal.dot(&(f.data - f.foot));
     let count = found.iter().map(|f| f.cell as usize + 1).max().unwrap_or(0);
     let mut cells = vec![Vec::new(); count];
@@ -210,13 +237,18 @@ fn forget_outliers(found: &mut [Found], calm_mm: f64) {
             _ => (0.0, everywhere),
         })
         .collect();
-    for f in found {
+    found.retain_mut(|f| {
         let (middle, spread) = local[f.cell as usize];
         let width = WIDTH * spread.max(FLOOR_MM);
         let calm = (1.0 + (spread / calm_mm).powi(2)).powi(-2);
-        f.weight *= calm * (1.0 + ((miss(f) - middle) / width).powi(2)).powi(-2);
-    }
+        let trust = calm * (1.0 + ((miss(f) - middle) / width).powi(2)).powi(-2);
+        f.weight *= trust;
+        trust > LEAST_TRUST
+    });
 }
+
+/// Points trusted less are left out.
+const LEAST_TRUST: f64 = 0.05;
 
 /// Width of the weights in standard deviations of the neighbourhood.
 const WIDTH: f64 = 2.5;

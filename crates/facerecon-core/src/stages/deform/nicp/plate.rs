@@ -24,6 +24,18 @@ pub(super) struct Laplacian {
 
 /// How far a displacement may reach beyond the data before it fades, mm.
 const FADE_MM: f64 = 80.0;
+/// How far a slope of the displacement may reach beyond the data before it levels out, mm: a plate
+/// alone would carry the slope at the last data on to the border of the neck.
+const LEVEL_MM: f64 = 20.0;
+
+/// Cotangent of the angle of a face at `apex` across the edge `i` `j`: its half weighs the squared
+/// difference along that edge in the integral of the squared gradient (Pinkall, Polthier 1993).
+/// Bounded below, so that no triangle pushes.
+fn cotangent(mesh: &Mesh, i: u32, j: u32, apex: u32) -> f64 {
+    let at = |v: u32| mesh.vertices[v as usize];
+    let (a, b) = (at(i) - at(apex), at(j) - at(apex));
+    (a.dot(&b) / a.cross(&b).norm().max(1e-9)).clamp(0.05, 20.0)
+}
 
 impl Laplacian {
     /// Mean value weights (Floater 2003): positive, and exact for linear functions on flat parts,
@@ -103,8 +115,12 @@ impl Plate {
             column.push((v as u32, fade));
         }
         for face in &mesh.faces {
-            for (i, j) in [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])] {
-                columns[i.min(j) as usize].push((i.max(j), 0.0));
+            for k in 0..3 {
+                let (i, j) = (face[k], face[(k + 1) % 3]);
+                let pull = cotangent(mesh, i, j, face[(k + 2) % 3]) / (2.0 * LEVEL_MM.powi(2));
+                columns[i as usize].push((i, pull));
+                columns[j as usize].push((j, pull));
+                columns[i.min(j) as usize].push((i.max(j), -pull));
             }
         }
         let mut starts = vec![0usize];

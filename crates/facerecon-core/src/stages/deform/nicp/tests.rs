@@ -100,6 +100,55 @@ fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
     assert!(edge_growth(&fitted.mesh) < 0.25, "{}", edge_growth(&fitted.mesh));
 }
 
+/// Largest distance between the template's own vertices in two fits, among those chosen.
+fn apart(one: &Mesh, other: &Mesh, chosen: impl Fn(&Vec3) -> bool) -> f64 {
+    let template = crate::template::head().mesh;
+    let pairs = template.vertices.iter().enumerate().filter(|(_, p)| chosen(p));
+    pairs.map(|(v, _)| (one.vertices[v] - other.vertices[v]).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_unseen_neck_stays_round() {
+    let template = crate::template::head().mesh;
+    // the jaw slopes away from the template's: its displacement grows by 0.3 mm per mm downward
+    let sloped = |p: &Vec3| {
+        let low = (-60.0 - p.y).clamp(0.0, 40.0);
+        p + Vec3::new(0.0, 0.0, if p.z > 0.0 { 0.3 * low } else { 0.0 })
+    };
+    let truth = template.with_vertices(template.vertices.iter().map(sloped).collect());
+    let fitted = fit(&template, &scan(&truth, 20)).mesh;
+    let topology = Topology::new(&template);
+    let border: Vec<usize> = (0..topology.border.len()).filter(|&v| topology.border[v]).collect();
+    assert!(border.len() > 20);
+    let far = border.iter().map(|&v| (fitted.vertices[v] - template.vertices[v]).norm());
+    let far = far.fold(0.0, f64::max);
+    assert!(far < 8.0, "{far}");
+    for (v, near) in topology.neighbours.iter().enumerate() {
+        for &n in near.iter().filter(|&&n| topology.border[v] && topology.border[n as usize]) {
+            let old = (template.vertices[v] - template.vertices[n as usize]).norm();
+            let new = (fitted.vertices[v] - fitted.vertices[n as usize]).norm();
+            assert!((new / old).ln().abs() < 0.15, "{old} {new}");
+        }
+    }
+}
+
+#[test]
+fn a_wall_beside_the_scalp_pulls_nothing() {
+    let template = crate::template::head().mesh;
+    let clean = scan(&subject(&template), usize::MAX);
+    let without = fit(&template, &clean).mesh;
+    let mut walled = clean;
+    for i in 0..1200 {
+        let (x, y) = (f64::from(i % 24), f64::from(i / 24));
+        walled.points.push(Vec3::new(88.0 + x, 30.0 + y, 15.0 + 0.1 * (x * 1.7 + y).sin()));
+        walled.normals.push(Vec3::z());
+        walled.sigmas.push(0.1);
+    }
+    let with = fit(&template, &walled).mesh;
+    let worst = apart(&with, &without, |p| p.y > 0.0);
+    assert!(worst < 2.0, "{worst}");
+}
+
 #[test]
 fn texture_coordinates_survive_the_subdivision_and_runs_are_equal() {
     let template = crate::template::head().mesh;
