@@ -27,7 +27,7 @@ crate::settings! {
         /// times this length.
         stiffness_mm: Vec<f64> = vec![30.0, 20.0, 12.0, 7.0, 4.0], range 0.2..=1000.0, unit "mm";
         /// Rounds of matching and solving at each stiffness.
-        rounds: usize = 1, range 1.0..=50.0;
+        rounds: usize = 2, range 1.0..=50.0;
         /// Points used while bending; the detail step uses them all.
         points: usize = 6000, range 100.0..=1000000.0;
         /// Whether the head takes the subject's size before it bends.

@@ -138,16 +138,16 @@ impl Gate {
         }
     }
 
-    /// Least cosine between the normals of a point and its foot, `far` of the reach away: what
-    /// lies farther off must agree better. Beside the head's silhouette the nearest surface looks
-    /// sideways, and what is measured there looks at the camera.
-    fn least_cosine(&self, far: f64) -> f64 {
-        (self.normal_gate * (1.0 - FAR_GATE * far)).cos()
+    /// Least cosine between the normals of a point and its foot: what lies farther off must agree
+    /// better. Beside the head's silhouette the nearest surface looks sideways, and what is
+    /// measured there looks at the camera.
+    fn least_cosine(&self, distance: f64) -> f64 {
+        (self.normal_gate / (1.0 + distance / FAR_MM)).cos()
     }
 }
 
-/// How much narrower the gate of the normals is at full reach.
-const FAR_GATE: f64 = 0.6;
+/// At this distance the gate of the normals is half as wide, mm.
+const FAR_MM: f64 = 20.0;
 
 /// A measured point and its place on the surface.
 #[derive(Clone, Copy, Debug)]
@@ -195,7 +195,7 @@ impl<'a> Matcher<'a> {
             let corners = self.mesh.faces[hit.face].map(|v| v as usize);
             let normal: Vec3 = (0..3).map(|k| self.normals[corners[k]] * hit.barycentric[k]).sum();
             let normal = normal.try_normalize(1e-12)?;
-            let turned = self.gate.least_cosine(hit.distance / reach);
+            let turned = self.gate.least_cosine(hit.distance);
             if p.normal != Vec3::zeros() && p.normal.dot(&normal) < turned {
                 return None;
             }
