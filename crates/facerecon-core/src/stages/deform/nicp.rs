@@ -6,6 +6,7 @@
 //! there is data, it moves along its normals into the detail the noise allows.
 
 mod detail;
+mod front;
 mod islands;
 mod matching;
 mod parts;
@@ -17,6 +18,7 @@ use crate::math::{Similarity, Vec3, fit_to_planes};
 use crate::observer::{Event, Observer};
 
 use super::{DeformError, DeformInput, DeformParams, Deformed};
+use front::Front;
 use matching::{Gate, Matcher, Point};
 use plate::Plate;
 
@@ -25,9 +27,9 @@ crate::settings! {
     pub struct NicpParams {
         /// Stiffness from first to last: the displacement follows waves longer than about six
         /// times this length.
-        stiffness_mm: Vec<f64> = vec![30.0, 20.0, 12.0, 7.0, 4.0], range 0.2..=1000.0, unit "mm";
+        stiffness_mm: Vec<f64> = vec![30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.0], range 0.2..=1000.0, unit "mm";
         /// Rounds of matching and solving at each stiffness.
-        rounds: usize = 2, range 1.0..=50.0;
+        rounds: usize = 1, range 1.0..=50.0;
         /// Points used while bending; the detail step uses them all.
         points: usize = 6000, range 100.0..=1000000.0;
         /// Whether the head takes the subject's size before it bends.
@@ -63,6 +65,7 @@ pub(super) fn deform(
     let points = Point::all(input.data, own.sigma_mm);
     let few = matching::thin(&points, own.points);
     let gate = Gate::new(template, own);
+    let front = Front::new(&few);
     let mut step = 0;
     let mut note = |error: f64| {
         step += 1;
@@ -83,8 +86,9 @@ pub(super) fn deform(
         let fade = 1.0 - level as f64 / levels;
         for _ in 0..own.rounds {
             let reach = (3.0 * stiffness).min(own.reach_mm);
-            let found = Matcher::new(&bent, &gate)?.find(&few, reach, calm(stiffness));
+            let mut found = Matcher::new(&bent, &gate)?.find(&few, reach, calm(stiffness));
             enough(found.len())?;
+            found.extend(front.find(&bent, reach));
             plate.bend(&rest, &mut moved, &found, features, fade, stiffness)?;
             let vertices = rest.vertices.iter().zip(&moved).map(|(p, d)| p + d).collect();
             bent = bent.with_vertices(vertices);

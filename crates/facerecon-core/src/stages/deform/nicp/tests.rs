@@ -134,6 +134,31 @@ fn the_unseen_neck_stays_round() {
 }
 
 #[test]
+fn a_lower_nose_is_not_pinched() {
+    let template = crate::template::head().mesh;
+    // all of the nose's height above the cheeks shrinks by a quarter
+    let tip = template.vertices.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+    let (top, cheek) = (tip.y, tip.z - 28.0);
+    let lower = |p: &Vec3| {
+        let near = (-((p.y - top - 10.0) / 45.0).powi(4) - (p.x / 30.0).powi(4)).exp();
+        p - Vec3::new(0.0, 0.0, 0.25 * near * (p.z - cheek).max(0.0))
+    };
+    let truth = template.with_vertices(template.vertices.iter().map(lower).collect());
+    let fitted = fit(&template, &scan(&truth, 20)).mesh;
+    let index = SurfaceIndex::new(&truth).unwrap();
+    let ridge: Vec<f64> = (0..template.vertices.len())
+        .filter(|&v| {
+            let p = template.vertices[v];
+            p.x.abs() < 12.0 && (top + 5.0..top + 40.0).contains(&p.y) && p.z > cheek + 5.0
+        })
+        .map(|v| index.closest(&fitted.vertices[v]).unwrap().distance)
+        .collect();
+    assert!(ridge.len() > 50, "{}", ridge.len());
+    let worst = percentile(&ridge, 1.0).unwrap();
+    assert!(worst < 1.5, "{worst} {:?}", percentile(&ridge, 0.9));
+}
+
+#[test]
 fn a_wall_beside_the_scalp_pulls_nothing() {
     let template = crate::template::head().mesh;
     let clean = scan(&subject(&template), usize::MAX);
