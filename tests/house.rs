@@ -12,7 +12,10 @@ const FLOORS: &[&[&str]] = &[
     &["data", "spatial", "observer"],
     &["io", "template", "render"],
     &["stages"],
-    &["params", "pipeline", "error", "pattern", "simulate", "compare", "report", "check"],
+    &[
+        "params", "pipeline", "error", "record", "result", "batch", "demo", "pattern", "simulate",
+        "compare", "report", "check",
+    ],
 ];
 
 fn root() -> PathBuf {

@@ -34,7 +34,11 @@ fn scan(truth: &Mesh, wrong: usize) -> Cloud {
             count += 1;
             let t = f64::from(count);
             let noise = 0.1 * ((t * 12.99).sin() + (t * 78.23).sin());
-            let off = if count as usize % wrong == 0 { 12.0 + 8.0 * (t * 0.7).sin() } else { 0.0 };
+            let off = if (count as usize).is_multiple_of(wrong) {
+                12.0 + 8.0 * (t * 0.7).sin()
+            } else {
+                0.0
+            };
             let p = corners[0] * (1.0 - a - b) + corners[1] * a + corners[2] * b;
             cloud.points.push(p + n * (noise + off));
             cloud.normals.push(n);

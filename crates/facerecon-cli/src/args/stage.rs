@@ -1,0 +1,137 @@
+//! The arguments of the commands that run one stage.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{CaptureArgs, ParamArgs, TemplateArgs};
+
+/// `facerecon filter`.
+#[derive(Args)]
+pub(crate) struct FilterArgs {
+    /// Photo to filter.
+    pub(crate) image: PathBuf,
+    /// PNG to write: the last step's picture.
+    #[arg(long, short, value_name = "PNG")]
+    pub(crate) output: PathBuf,
+    /// The step whose picture is written.
+    #[arg(long, value_enum, default_value_t = FilterStep::Threshold)]
+    pub(crate) step: FilterStep,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// A step of the thesis's preprocessing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FilterStep {
+    /// Histogram equalisation.
+    Equalize,
+    /// Eq. 2.1.
+    Sharpen,
+    /// White dots on black.
+    Threshold,
+    /// One pixel a dot.
+    Thin,
+}
+
+/// `facerecon detect`.
+#[derive(Args)]
+pub(crate) struct DetectArgs {
+    /// Photo with the pattern.
+    pub(crate) image: PathBuf,
+    /// CSV to write: `id,x,y,sigma_px,amplitude,score`.
+    #[arg(long, short, value_name = "CSV")]
+    pub(crate) output: Option<PathBuf>,
+    /// Picture of the photo with the dots marked.
+    #[arg(long, value_name = "PNG")]
+    pub(crate) picture: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// A stage that works on a capture and writes one file.
+#[derive(Args)]
+pub(crate) struct StageArgs {
+    #[command(flatten)]
+    pub(crate) capture: CaptureArgs,
+    /// File to write.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon triangulate`.
+#[derive(Args)]
+pub(crate) struct TriangulateArgs {
+    /// Table of matches (CSV with `xl,yl,xr,yr`), in the photos' pixels.
+    pub(crate) matches: PathBuf,
+    /// The capture the matches belong to.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: PathBuf,
+    /// Cloud to write (PLY), camera frame in mm, or model units without calibration.
+    #[arg(long, short, value_name = "PLY")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon register`.
+#[derive(Args)]
+pub(crate) struct RegisterArgs {
+    /// Cloud (PLY) in the camera frame, mm.
+    pub(crate) cloud: PathBuf,
+    /// Registered cloud to write (PLY), model frame; the transform goes beside it as JSON.
+    #[arg(long, short, value_name = "PLY")]
+    pub(crate) output: PathBuf,
+    /// The cloud is in model units already (made without calibration).
+    #[arg(long)]
+    pub(crate) model_units: bool,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon deform`.
+#[derive(Args)]
+pub(crate) struct DeformArgs {
+    /// Registered cloud (PLY), model frame.
+    pub(crate) cloud: PathBuf,
+    /// Mesh to write.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon smooth`.
+#[derive(Args)]
+pub(crate) struct SmoothArgs {
+    /// Mesh to smooth.
+    pub(crate) mesh: PathBuf,
+    /// Mesh to write.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
+/// `facerecon texture`.
+#[derive(Args)]
+pub(crate) struct TextureArgs {
+    /// Mesh with texture coordinates, in the camera frame, mm.
+    pub(crate) mesh: PathBuf,
+    /// The capture whose photographs colour it.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: PathBuf,
+    /// Textured mesh to write; PNG and MTL go beside it.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
