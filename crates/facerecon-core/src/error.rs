@@ -28,46 +28,46 @@ pub enum Error {
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// Photos that cannot be rectified.
-    #[error("rectify: {0}")]
+    #[error("{}", of_stage("rectify", .0))]
     Rectify(#[from] RectifyError),
     /// A photo that cannot be filtered.
-    #[error("filter: {0}")]
+    #[error("{}", of_stage("filter", .0))]
     Filter(#[from] FilterError),
     /// Dots that cannot be found.
-    #[error("detect: {0}")]
+    #[error("{}", of_stage("detect", .0))]
     Detect(#[from] DetectError),
     /// Dots that cannot be matched.
-    #[error("correspond: {0}")]
+    #[error("{}", of_stage("correspond", .0))]
     Correspond(#[from] CorrespondError),
     /// Matches that cannot be refined.
-    #[error("refine: {0}")]
+    #[error("{}", of_stage("refine", .0))]
     Refine(#[from] RefineError),
     /// Matches that give no points.
-    #[error("triangulate: {0}")]
+    #[error("{}", of_stage("triangulate", .0))]
     Triangulate(#[from] TriangulateError),
     /// Points that do not fit the head.
-    #[error("register: {0}")]
+    #[error("{}", of_stage("register", .0))]
     Register(#[from] RegisterError),
     /// A head that cannot be bent.
-    #[error("deform: {0}")]
+    #[error("{}", of_stage("deform", .0))]
     Deform(#[from] DeformError),
     /// A mesh that cannot be smoothed.
-    #[error("smooth: {0}")]
+    #[error("{}", of_stage("smooth", .0))]
     Smooth(#[from] SmoothError),
     /// A mesh that cannot be coloured.
-    #[error("texture: {0}")]
+    #[error("{}", of_stage("texture", .0))]
     Texture(#[from] TextureError),
     /// A picture that cannot be drawn.
-    #[error("render: {0}")]
+    #[error("{}", of_stage("render", .0))]
     Render(#[from] RenderError),
     /// A pattern that cannot be made.
-    #[error("pattern: {0}")]
+    #[error("{}", of_stage("pattern", .0))]
     Pattern(#[from] PatternError),
     /// A capture that cannot be simulated.
-    #[error("simulate: {0}")]
+    #[error("{}", of_stage("simulate", .0))]
     Simulate(#[from] SimulateError),
     /// Meshes that cannot be compared.
-    #[error("compare: {0}")]
+    #[error("{}", of_stage("compare", .0))]
     Compare(#[from] CompareError),
     /// A template that cannot be used.
     #[error(transparent)]
@@ -75,6 +75,15 @@ pub enum Error {
     /// Something else the input lacks.
     #[error("{0}")]
     Input(String),
+}
+
+/// The message of a stage, named once: many say the stage, or the parameter, themselves.
+fn of_stage(stage: &str, fault: &dyn std::fmt::Display) -> String {
+    let message = fault.to_string();
+    match message.strip_prefix(stage) {
+        Some(rest) if rest.starts_with([':', '.']) => message,
+        _ => format!("{stage}: {message}"),
+    }
 }
 
 impl Error {
@@ -136,5 +145,18 @@ impl Error {
             }
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_names_its_stage_once() {
+        let own: Error = CorrespondError::NoDots { photo: "left" }.into();
+        assert!(own.to_string().starts_with("correspond: the left photo"), "{own}");
+        let bare: Error = RegisterError::Degenerate.into();
+        assert!(bare.to_string().starts_with("register: the measured points"), "{bare}");
     }
 }

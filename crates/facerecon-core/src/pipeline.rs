@@ -93,7 +93,7 @@ pub fn reconstruct(
         }
     };
 
-    let features = inputs::features(capture, &level.rectification);
+    let features = inputs::features(capture, &level.rectification, template)?;
     let points = run.stage("triangulate", |o| {
         let all = inputs::with_features(&matches, &features);
         triangulate(&all, rig, &template.mesh, &params.triangulate, o)
@@ -132,7 +132,8 @@ pub fn reconstruct(
             let mut photos = inputs::photos(capture, plain, &camera_from_model);
             let (mesh, views) = (&smooth.mesh, &level.rectification);
             let dots = &points.dots;
-            inputs::place_dots(&mut photos, mesh, &matches, dots, &pose, views, &model_from_camera);
+            let seen = &pose.inliers;
+            inputs::place_dots(&mut photos, mesh, &matches, dots, seen, views, &model_from_camera);
             let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
             let own = template.texture.as_ref();
             let input = TextureInput { mesh, photos: &photos, template_texture: own };

@@ -58,8 +58,7 @@ pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(
                 )));
             };
             io::write_mesh(output, &head.mesh, None)?;
-            let sidecar = template::sidecar_path(output);
-            template::write_landmarks(&sidecar, &head.name, &head.landmarks)?;
+            let sidecar = template::write_landmarks(output, &head.name, &head.landmarks)?;
             terminal.say(format!("wrote {} and {}", output.display(), sidecar.display()));
         }
     }

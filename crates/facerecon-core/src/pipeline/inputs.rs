@@ -2,6 +2,7 @@
 
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
 use crate::data::{Capture, Cloud, Match, Mesh, Pair, Photo, Rgb, Seeds};
+use crate::error::Error;
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::spatial::PointIndex;
 use crate::stages::correspond::CorrespondInput;
@@ -50,7 +51,22 @@ pub(super) fn correspond<'a>(
 }
 
 /// The marked features as matches in rectified pixels.
-pub(super) fn features(capture: &Capture, views: &Rectification) -> Vec<(String, Match)> {
+///
+/// # Errors
+/// [`Error::Input`] where features are marked but the template knows none of them.
+pub(super) fn features(
+    capture: &Capture,
+    views: &Rectification,
+    template: &Template,
+) -> Result<Vec<(String, Match)>, Error> {
+    let (marked, name) = (capture.features.len(), &template.name);
+    if marked > 0 && !capture.features.keys().any(|f| template.landmarks.contains_key(f)) {
+        return Err(Error::Input(format!(
+            "register: {marked} features are marked in the photos, but the template {name} has none \
+             of them among its landmarks; give them in {name}.landmarks.toml, or take [landmarks] \
+             out of capture.toml"
+        )));
+    }
     let rectified = |pair: &Pair| Match {
         left: views.left.to_rectified(pair.left),
         right: views.right.to_rectified(pair.right),
@@ -58,7 +74,7 @@ pub(super) fn features(capture: &Capture, views: &Rectification) -> Vec<(String,
         sigma_px: 0.0,
         score: 1.0,
     };
-    capture.features.iter().map(|(name, pair)| (name.clone(), rectified(pair))).collect()
+    Ok(capture.features.iter().map(|(name, pair)| (name.clone(), rectified(pair))).collect())
 }
 
 /// Matches and features in one list, so that both get the same units.
@@ -180,13 +196,13 @@ pub(super) fn place_dots(
     mesh: &Mesh,
     matches: &[Match],
     dots: &Cloud,
-    pose: &Registration,
+    inliers: &[usize],
     views: &Rectification,
     model_from_camera: &Similarity,
 ) {
     let Some(index) = PointIndex::<3>::new(&mesh.vertices) else { return };
     let [left, right, ..] = photos else { return };
-    for &i in &pose.inliers {
+    for &i in inliers {
         let (Some(m), Some(point)) = (matches.get(i), dots.points.get(i)) else { continue };
         let p = model_from_camera.apply(point);
         if let Some(vertex) = index.nearest(&[p.x, p.y, p.z]).map(|n| n.index) {

@@ -5,14 +5,15 @@ pub use super::inputs::to_scale;
 use crate::camera::Rectification;
 use crate::data::{Capture, Gray, Match, Mesh};
 use crate::error::Error;
-use crate::math::{Similarity, Vec2};
+use crate::math::{Similarity, Vec2, Vec3};
 use crate::observer::Observer;
 use crate::params::Params;
+use crate::spatial::SurfaceIndex;
 use crate::stages::correspond::correspond;
 use crate::stages::detect::{DetectMethod, Detection, detect};
 use crate::stages::filter::filter;
 use crate::stages::rectify::{Rectified, rectify};
-use crate::stages::texture::{Texture, TextureInput, texture};
+use crate::stages::texture::{Texture, TextureInput, TextureMethod, texture};
 use crate::stages::triangulate::{Triangulated, triangulate};
 use crate::template::Template;
 
@@ -92,6 +93,16 @@ pub fn triangulate_photo_pairs(
     Ok(triangulate(&matches, rig, &template.mesh, &params.triangulate, observer)?)
 }
 
+/// Measured points that belong to a mesh lie at most this far from it.
+const NEAR_MM: f64 = 10.0;
+
+/// Numbers of the points that lie near a mesh.
+fn near_mesh(points: &[Vec3], mesh: &Mesh) -> Vec<usize> {
+    let index = SurfaceIndex::new(mesh);
+    let near = |p: &Vec3| index.as_ref().is_some_and(|i| i.closest_within(p, NEAR_MM).is_some());
+    (0..points.len()).filter(|i| near(&points[*i])).collect()
+}
+
 /// Colours a mesh of the camera frame (mm) from the photographs of a calibrated capture.
 ///
 /// # Errors
@@ -116,7 +127,17 @@ pub fn texture_mesh(
                 .into(),
         ));
     }
-    let photos = inputs::photos(capture, plain, &Similarity::identity());
+    let in_place = Similarity::identity();
+    let mut photos = inputs::photos(capture, plain, &in_place);
+    if params.texture.method == TextureMethod::Scanline {
+        // the thesis bounds the face by matched dots
+        let found = find_matches(capture, params, observer)?;
+        let views = &found.rectification;
+        let rig = views.rig.as_ref();
+        let dots = triangulate(&found.matches, rig, mesh, &params.triangulate, observer)?.cloud;
+        let near = near_mesh(&dots.points, mesh);
+        inputs::place_dots(&mut photos, mesh, &found.matches, &dots, &near, views, &in_place);
+    }
     let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
     let input = TextureInput { mesh, photos: &photos, template_texture: None };
     Ok(texture(&input, &params.texture, observer)?)

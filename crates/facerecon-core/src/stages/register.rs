@@ -6,7 +6,7 @@ mod robust;
 mod start;
 
 use crate::data::{Cloud, Mesh, MeshError};
-use crate::math::{Similarity, Vec3, percentile};
+use crate::math::{Mat3, Similarity, Vec3, percentile};
 use crate::observer::Observer;
 use crate::settings::{SettingsError, Value};
 use crate::spatial::PointIndex;
@@ -226,12 +226,24 @@ pub fn register(
     if input.data.len() < LEAST_POINTS {
         return Err(RegisterError::TooFewPoints { got: input.data.len(), needed: LEAST_POINTS });
     }
+    if on_one_line(&input.data.points) {
+        return Err(RegisterError::Degenerate);
+    }
     let found = match params.method {
         RegisterMethod::Besl => besl::register(input, params, observer)?,
         RegisterMethod::Robust => robust::register(input, params, observer)?,
     };
     judge(&found, input.model, params)?;
     Ok(found)
+}
+
+/// Whether points lie on one line or at one place, by the middle one of their three variances.
+fn on_one_line(points: &[Vec3]) -> bool {
+    let mean = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+    let spread: Mat3 = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+    let mut variances: [f64; 3] = spread.symmetric_eigenvalues().into();
+    variances.sort_by(f64::total_cmp);
+    variances[1] <= 1e-9 * variances[2]
 }
 
 /// Refuses a fit that cannot be right.

@@ -140,7 +140,7 @@ fn what_cannot_be_a_face_is_refused_with_figures() {
 
     let line = Cloud::from_points((0..40).map(|i| Vec3::new(f64::from(i), 0.0, 1000.0)).collect());
     let error = register(&RegisterInput { data: &line, ..input }, &params, &()).unwrap_err();
-    assert!(matches!(error, RegisterError::Degenerate | RegisterError::Implausible { .. }));
+    assert_eq!(error, RegisterError::Degenerate);
 
     // left and right exchanged
     let template = head();

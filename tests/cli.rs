@@ -1,0 +1,282 @@
+//! Every command of the program on a small capture, end to end.
+#![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
+
+#[path = "support/cli.rs"]
+mod cli;
+
+use cli::Bench;
+use serde_json::Value;
+
+/// The files of a result (with a pair without the pattern).
+const RESULT: [&str; 11] = [
+    "cloud.ply",
+    "coverage.png",
+    "depth_left.png",
+    "depth_right.png",
+    "face.glb",
+    "face.mtl",
+    "face.obj",
+    "matches.csv",
+    "report.html",
+    "result.json",
+    "texture.png",
+];
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error} in {text}"))
+}
+
+#[test]
+fn reconstruct_writes_every_file_and_prints_the_result() {
+    let bench = Bench::new();
+    let ran = bench.done("reconstruct capture -o out --json --quiet");
+    assert_eq!(ran.err, "");
+    assert_eq!(bench.files("out"), RESULT);
+    let facts = json(&ran.out);
+    assert_eq!(facts, json(&bench.text("out/result.json")));
+    assert_eq!(facts["metric"], true);
+    assert_eq!(facts["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(facts["params"]["profile"], "precise");
+    let table = bench.text("out/matches.csv");
+    assert!(table.starts_with("id,xl,yl,xr,yr,disparity,x_mm,y_mm,z_mm,column,row,score\n"));
+    assert_eq!(facts["matches"], table.lines().count() - 1);
+    let stages = facts["timings_ms"].as_object().unwrap();
+    for stage in ["rectify", "detect", "correspond", "refine", "register", "deform", "total"] {
+        assert!(stages.contains_key(stage), "{stage} is not timed");
+    }
+    let width = facts["face_width_mm"].as_f64().unwrap();
+    assert!((100.0..200.0).contains(&width), "{width}");
+    let report = bench.text("out/report.html");
+    for remote in ["src=\"http", "href=\"http", "url(http"] {
+        assert!(!report.contains(remote), "the report needs the network: {remote}");
+    }
+    // both meshes are the same face
+    for mesh in ["face.obj", "face.glb"] {
+        let facts = json(&bench.done(&format!("info out/{mesh}")).out);
+        assert_eq!((&facts["kind"], &facts["has_uv"]), (&"mesh".into(), &true.into()), "{mesh}");
+        assert!(facts["texture"]["width"].as_u64() >= Some(512), "{mesh}: {facts}");
+        assert_eq!(facts["non_manifold_edges"], 0, "{mesh}");
+    }
+    let between = json(&bench.done("compare out/face.obj out/face.glb --json").out);
+    assert!(between["before"]["first_to_second"]["max_mm"].as_f64().unwrap() < 0.01, "{between}");
+}
+
+#[test]
+fn frames_stages_and_words_are_as_asked_for() {
+    let bench = Bench::new();
+    let ran =
+        bench.done("reconstruct capture -o out --profile facebuilder --frame camera --keep-stages");
+    assert_eq!(ran.out, "");
+    for stage in ["rectify", "detect", "correspond", "register", "deform", "smooth", "texture"] {
+        assert!(ran.err.contains(stage), "no word of {stage}:\n{}", ran.err);
+    }
+    let kept = bench.files("out/stages").join(" ");
+    for picture in ["filter", "detect", "deform"] {
+        assert!(kept.contains(picture), "{picture} is not among {kept}");
+    }
+    // one metre away, in the camera's frame
+    let bounds = &json(&bench.done("info out/face.obj").out)["bounds"];
+    assert!(bounds[0][2].as_f64().unwrap() > 1000.0, "{bounds}");
+    // the profile's methods, and how a single setting changes one
+    let facts = json(&bench.text("out/result.json"));
+    assert_eq!(facts["params"]["correspond"]["method"], "scan");
+    bench.done("reconstruct capture -o mixed --set correspond.method=scan -q");
+    let facts = json(&bench.text("mixed/result.json"));
+    assert_eq!(facts["params"]["correspond"]["method"], "scan");
+    assert_eq!(facts["params"]["deform"]["method"], "nicp");
+}
+
+#[test]
+fn photos_may_be_named_one_by_one() {
+    let bench = Bench::new();
+    bench.done(
+        "reconstruct --left capture/left_dots.png --right capture/right_dots.png \
+         --calibration capture/calibration.yml --columns 64 --rows 48 -o out -q",
+    );
+    let names = bench.files("out");
+    assert!(!names.contains(&"texture.png".to_owned()), "a texture from nowhere");
+    let facts = json(&bench.text("out/result.json"));
+    let warnings = facts["warnings"].to_string();
+    assert!(warnings.contains("no texture"), "{warnings}");
+    assert_eq!(facts["metric"], true);
+}
+
+#[test]
+fn the_thesis_runs_stage_by_stage() {
+    let bench = Bench::new();
+    for step in ["equalize", "sharpen", "threshold", "thin"] {
+        let set = if step == "equalize" { "--set filter.equalize=global" } else { "" };
+        let out = format!("{step}.png");
+        bench.done(&format!("filter capture/left_dots.png -o {out} --step {step} {set} -q"));
+        let facts = json(&bench.done(&format!("info {out}")).out);
+        assert_eq!((&facts["width"], &facts["height"]), (&512.into(), &384.into()), "{step}");
+    }
+    assert_ne!(bench.read("sharpen.png"), bench.read("threshold.png"));
+    assert_ne!(bench.read("thin.png"), bench.read("threshold.png"));
+
+    let dots = bench.done(
+        "detect capture/left_dots.png -o dots.csv --picture dots.png --profile facebuilder --json -q",
+    );
+    let count = json(&dots.out)["dots"].as_u64().unwrap();
+    assert!(count > 600, "{count} dots");
+    assert_eq!(bench.text("dots.csv").lines().count() as u64, count + 1);
+
+    let found = bench.done("match capture -o matches.csv --profile facebuilder --json -q");
+    let matches = json(&found.out)["matches"].as_u64().unwrap();
+    assert!(matches > 500, "{matches} matches");
+    bench.done("triangulate matches.csv --capture capture -o cloud.ply -q");
+    let pose = bench.done("register cloud.ply -o registered.ply --profile facebuilder --json -q");
+    assert_eq!(json(&pose.out), json(&bench.text("registered.json")));
+    bench.done("deform registered.ply -o bent.obj --profile facebuilder -q");
+    bench.done("smooth bent.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
+
+    // the same face as in one go, up to the smoothing and the pose
+    bench.done("reconstruct capture -o out --profile facebuilder -q");
+    let between = json(&bench.done("compare face.ply out/face.obj --json").out);
+    let median = between["before"]["first_to_second"]["median_mm"].as_f64().unwrap();
+    assert!(median < 1.0, "{between}");
+
+    bench.done("reconstruct capture -o seen --profile facebuilder --frame camera -q");
+    bench.done("texture seen/face.obj --capture capture -o coloured.glb --set texture.size=256 -q");
+    assert_eq!(json(&bench.done("info coloured.glb").out)["texture"]["width"], 256);
+}
+
+#[test]
+fn pictures_comparisons_and_conversions() {
+    let bench = Bench::new();
+    bench.done("template export head-coarse -o head.obj -q");
+    bench.done("template export head -o full.obj -q");
+    assert!(bench.text("head.landmarks.toml").contains("nose_tip"));
+    let facts = json(&bench.done("info head.obj").out);
+    for format in ["ply", "glb", "stl"] {
+        bench.done(&format!("convert head.obj head.{format} -q"));
+        let other = json(&bench.done(&format!("info head.{format}")).out);
+        assert_eq!(other["faces"], facts["faces"], "{format}");
+    }
+    for mode in ["shaded", "wireframe", "heat"] {
+        bench.done(&format!(
+            "render head.obj --view front,profile --mode {mode} --against full.obj --size 96 -o {mode}.png -q"
+        ));
+        let facts = json(&bench.done(&format!("info {mode}.png")).out);
+        assert!(facts["width"].as_u64() >= Some(192), "{mode}: {facts}");
+    }
+    let words = bench.done("compare head.obj full.obj").out;
+    assert!(words.contains("as they lie") && words.contains("after alignment"), "{words}");
+}
+
+#[test]
+fn makers_and_lists() {
+    let bench = Bench::new();
+    bench.done("pattern -o pattern.png --set columns=40 --set rows=30 --set rotation_deg=7.125 -q");
+    assert_eq!(json(&bench.done("info pattern.png").out)["width"], 1024);
+    assert!(bench.done("pattern -o x.png --set help").out.contains("rotation_deg"));
+
+    let small = "--set width_px=160 --set height_px=120 --set focal_px=560 --set sensor_shift=1 \
+                 --set pattern.columns=20 --set pattern.rows=15 --set dot_mm=20";
+    bench.done(&format!("simulate -o made {small} -q"));
+    let facts = json(&bench.done("info made").out);
+    assert_eq!(facts["kind"], "capture");
+    assert_eq!((&facts["calibrated"], &facts["plain_pair"]), (&true.into(), &true.into()));
+    for truth in ["truth_mesh.ply", "truth_dots.csv", "truth_depth.npy", "truth.json"] {
+        assert!(bench.files("made").contains(&truth.to_owned()), "{truth}");
+    }
+    let facts = json(&bench.done("info made/calibration.yml").out);
+    assert!((facts["baseline_mm"].as_f64().unwrap() - 150.0).abs() < 1e-6, "{facts}");
+
+    bench.done("new fresh -q");
+    assert!(bench.text("fresh/capture.toml").contains("[images]"));
+    let again = bench.run("new fresh");
+    assert_eq!(again.code, 2, "{}", again.err);
+    assert!(again.err.contains("not overwritten"));
+
+    let list = bench.done("template list").out;
+    assert!(list.contains("head-coarse") && list.contains("ict"), "{list}");
+    assert!(bench.done("completions bash").out.contains("facerecon"));
+    assert!(bench.done("--help").out.contains("reconstruct"));
+    assert!(bench.done("--version").out.contains(env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn check_says_what_the_photos_lack() {
+    let bench = Bench::new();
+    let words = bench.done("check capture").out;
+    // smaller than the thesis asks for
+    assert!(words.contains("WARNING") && words.contains("768"), "{words}");
+    let facts = json(&bench.done("check capture --json").out);
+    assert_eq!(facts["good"], false);
+    assert!(facts["findings"].as_array().is_some_and(|f| f.len() >= 4), "{facts}");
+}
+
+#[test]
+fn printed_parameters_can_be_given_back() {
+    let bench = Bench::new();
+    let toml = bench.done("params --profile facebuilder --set smooth.steps=2").out;
+    bench.write("mine.toml", &toml);
+    assert_eq!(bench.done("params --config mine.toml").out, toml);
+    bench.done("reconstruct capture -o out --config mine.toml -q");
+    let facts = json(&bench.text("out/result.json"));
+    assert_eq!(facts["params"]["profile"], "facebuilder");
+    assert_eq!(facts["params"]["smooth"]["steps"], 2);
+}
+
+#[test]
+fn batch_goes_on_after_a_failure_and_does_nothing_twice() {
+    let bench = Bench::new();
+    for name in ["many/a", "many/b", "many/broken"] {
+        bench.bring("parallel", name);
+    }
+    bench.write("many/broken/left_dots.png", "no picture");
+    let arguments = "batch many -o results --profile facebuilder --json -q";
+    let status = |ran: &cli::Ran| -> Vec<String> {
+        let outcomes = json(&ran.out);
+        let all = outcomes.as_array().unwrap().iter();
+        all.map(|o| o["status"].as_str().unwrap().to_owned()).collect()
+    };
+    let first = bench.run(arguments);
+    assert_eq!(first.code, 1);
+    assert!(first.err.contains("1 of 3"), "{}", first.err);
+    assert_eq!(status(&first), ["done", "done", "failed"]);
+    let before = bench.text("results/a/result.json");
+
+    bench.bring("parallel", "many/broken");
+    bench.edit("many/b/capture.toml", "columns = 64", "columns = 65");
+    let second = bench.done(arguments);
+    assert_eq!(status(&second), ["kept", "done", "done"]);
+    assert_eq!(bench.text("results/a/result.json"), before, "done twice");
+    assert_eq!(bench.text("results/batch.csv").lines().count(), 4);
+    assert!(bench.text("results/batch.html").contains("a/report.html"));
+}
+
+#[test]
+fn the_demo_needs_no_input_and_knows_its_error() {
+    let bench = Bench::new();
+    let facts = json(&bench.done("demo -o out --json -q").out);
+    let median = facts["error_mm"]["median_mm"].as_f64().unwrap();
+    assert!(median < 0.3, "{median} mm from the truth");
+    let files = bench.files("out");
+    for name in RESULT.iter().chain(&["picture.png", "capture"]) {
+        assert!(files.iter().any(|f| f == name), "{name}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let bench = Bench::new();
+    for profile in ["facebuilder", "precise"] {
+        for threads in [1, 2] {
+            bench.done(&format!(
+                "reconstruct capture -o {profile}{threads} --profile {profile} --threads {threads} -q"
+            ));
+        }
+        for name in RESULT.iter().filter(|n| !["result.json", "report.html"].contains(n)) {
+            let [one, two] = [1, 2].map(|t| bench.read(&format!("{profile}{t}/{name}")));
+            assert!(one == two, "{profile}: {name} differs");
+        }
+        let [one, two] = [1, 2].map(|t| {
+            let mut facts = json(&bench.text(&format!("{profile}{t}/result.json")));
+            facts.as_object_mut().unwrap().remove("timings_ms");
+            facts
+        });
+        assert_eq!(one, two, "{profile}");
+    }
+}

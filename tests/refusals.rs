@@ -1,0 +1,200 @@
+//! What bad input gets: a word that names the file or the stage, the right exit code, and no file
+//! half-written.
+#![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
+
+#[path = "support/cli.rs"]
+mod cli;
+
+use cli::Bench;
+use facerecon_core::data::Raster;
+use facerecon_core::io;
+
+/// Runs a command that must fail with `code`, naming all `words`, leaving no folder `out`.
+fn refused(bench: &Bench, arguments: &str, code: i32, words: &[&str]) {
+    let ran = bench.run(arguments);
+    assert_eq!(ran.code, code, "facerecon {arguments}\n{}{}", ran.out, ran.err);
+    for word in words {
+        assert!(ran.err.contains(word), "facerecon {arguments}: no {word:?} in\n{}", ran.err);
+    }
+    assert!(!ran.err.contains("panicked"), "{}", ran.err);
+    assert_eq!(ran.out, "", "facerecon {arguments}: a result in spite of the error");
+    assert_eq!(bench.files("out"), [] as [&str; 0], "facerecon {arguments} left files behind");
+}
+
+const RECONSTRUCT: &str = "reconstruct capture -o out --profile facebuilder -q";
+const PRECISE: &str = "reconstruct capture -o out -q";
+
+#[test]
+fn wrong_usage_ends_with_two() {
+    let bench = Bench::new();
+    for (arguments, words) in [
+        ("", &["Usage"][..]),
+        ("reconstrukt capture", &["reconstrukt"]),
+        ("reconstruct capture", &["--output"]),
+        ("reconstruct -o out", &["--left"]),
+        ("reconstruct capture -o out --set smoth.steps=3", &["smoth"]),
+        ("reconstruct capture -o out --set smooth.steps", &["NAME=VALUE"]),
+        ("reconstruct capture -o out --set smooth.lambda=7", &["smooth.lambda", "7"]),
+        ("reconstruct capture -o out --set smooth.lambda=nan", &["smooth.lambda"]),
+        ("reconstruct capture -o out --set detect.method=magic", &["magic"]),
+        ("reconstruct capture -o out --profile best", &["best", "facebuilder"]),
+        ("simulate -o out --set baseline_mm=-5", &["baseline_mm"]),
+        ("simulate -o out --set baselin=5", &["baselin"]),
+        ("pattern -o out/p.png --set columns=1", &["columns"]),
+        ("template export haed -o out/h.obj", &["haed"]),
+        ("render capture/left_dots.png --view behind -o out/p.png", &["behind", "front"]),
+        ("render capture/left_dots.png --mode nice -o out/p.png", &["nice", "shaded"]),
+        ("info", &["FILE"]),
+    ] {
+        refused(&bench, arguments, 2, words);
+    }
+}
+
+#[test]
+fn missing_and_unreadable_files_are_named() {
+    let bench = Bench::new();
+    refused(&bench, "reconstruct nowhere -o out", 1, &["nowhere"]);
+    refused(&bench, "reconstruct capture -o out --config mine.toml", 1, &["mine.toml"]);
+    refused(&bench, "reconstruct capture -o out --template h.obj", 1, &["h.obj"]);
+    refused(&bench, "triangulate no.csv --capture capture -o out/c.ply", 1, &["no.csv"]);
+    refused(&bench, "register no.ply -o out/r.ply", 1, &["no.ply"]);
+    refused(&bench, "info no.obj", 1, &["no.obj"]);
+    refused(&bench, "convert capture/capture.toml out/m.ply", 1, &["capture.toml"]);
+
+    let photo = bench.read("capture/right_dots.png");
+    bench.write("capture/right_dots.png", &photo[..photo.len() / 2]);
+    refused(&bench, RECONSTRUCT, 1, &["right_dots.png"]);
+    bench.write("capture/right_dots.png", "no picture");
+    refused(&bench, RECONSTRUCT, 1, &["right_dots.png"]);
+    std::fs::remove_file(bench.path("capture/right_dots.png")).unwrap();
+    refused(&bench, RECONSTRUCT, 1, &["right_dots.png"]);
+}
+
+#[test]
+fn a_broken_capture_file_is_named_with_its_fault() {
+    let bench = Bench::new();
+    let text = bench.text("capture/capture.toml");
+    for (from, to, word) in [
+        ("[images]", "[images", "line 1"),
+        ("columns = 64", "columns = -3", "line 9"),
+        ("[pattern]", "[patern]", "patern"),
+        ("left_dots.png", "../../left_dots.png", "outside"),
+        ("left = \"left_dots.png\"", "", "left"),
+    ] {
+        bench.write("capture/capture.toml", &text);
+        bench.edit("capture/capture.toml", from, to);
+        let ran = bench.run(RECONSTRUCT);
+        // an unknown table may be a mere warning; anything else is refused
+        if to != "[patern]" {
+            assert_eq!(ran.code, 1, "{to}: {}", ran.err);
+            assert!(ran.err.contains("capture.toml"), "{to}: {}", ran.err);
+            assert!(ran.err.contains(word), "{to}: {}", ran.err);
+            assert_eq!(bench.files("out"), [] as [&str; 0], "{to}");
+        }
+    }
+}
+
+#[test]
+fn photos_of_different_sizes_are_refused_with_both_sizes() {
+    let bench = Bench::new();
+    let file = bench.path("capture/right_dots.png");
+    let photo = io::image::read_rgb(&file).unwrap();
+    let smaller = Raster::from_fn(photo.width() - 12, photo.height(), |x, y| photo.at(x, y));
+    io::image::write_png(&file, &smaller).unwrap();
+    refused(&bench, RECONSTRUCT, 1, &["512x384", "500x384", "right_dots.png"]);
+}
+
+#[test]
+fn photos_without_dots_are_refused_by_the_detection() {
+    let bench = Bench::new();
+    let black = Raster::filled(512, 384, [0u8; 3]);
+    io::image::write_png(&bench.path("capture/left_dots.png"), &black).unwrap();
+    refused(&bench, RECONSTRUCT, 1, &["detect", "0 dots", "at least"]);
+    refused(&bench, PRECISE, 1, &["detect", "at least"]);
+    refused(&bench, "detect capture/left_dots.png -o out/d.csv -q", 1, &["detect"]);
+    // the photo without the pattern given by mistake
+    bench.bring("parallel", "capture");
+    bench.edit("capture/capture.toml", "\"right_dots.png\"", "\"right_plain.png\"");
+    let ran = bench.run(PRECISE);
+    assert_eq!((ran.code, bench.files("out").len()), (1, 0), "{}", ran.err);
+}
+
+#[test]
+fn seeds_off_any_dot_are_named() {
+    let bench = Bench::new();
+    let text = bench.text("capture/capture.toml");
+    let seeds = text.find("[seeds]").unwrap();
+    let off = "[seeds]\nhead = { left = [5.0, 5.0], right = [6.0, 5.0] }\n\
+               left_ear = { left = [150.0, 170.0], right = [160.0, 170.0] }\n\
+               right_ear = { left = [340.0, 170.0], right = [350.0, 170.0] }\n";
+    bench.write("capture/capture.toml", format!("{}{off}", &text[..seeds]));
+    refused(&bench, RECONSTRUCT, 1, &["correspond", "seed head", "px"]);
+    bench.write("capture/capture.toml", &text[..seeds]);
+    refused(&bench, RECONSTRUCT, 1, &["correspond", "[seeds]"]);
+}
+
+#[test]
+fn a_corrupted_calibration_is_named() {
+    let bench = Bench::new();
+    let good = bench.text("capture/calibration.yml");
+    for broken in ["%YAML:1.0\n---\nK1: nonsense\n", "", "\u{0}\u{1}", &good[..good.len() / 2]] {
+        bench.write("capture/calibration.yml", broken);
+        refused(&bench, RECONSTRUCT, 1, &["calibration.yml"]);
+        refused(&bench, "info capture/calibration.yml", 1, &["calibration.yml"]);
+    }
+    std::fs::remove_file(bench.path("capture/calibration.yml")).unwrap();
+    refused(&bench, PRECISE, 1, &["calibration.yml"]);
+}
+
+#[test]
+fn swapped_photos_and_foreign_points_are_refused() {
+    let bench = Bench::new();
+    bench.edit("capture/capture.toml", "left_dots.png", "swap.png");
+    bench.edit("capture/capture.toml", "right_dots.png", "left_dots.png");
+    bench.edit("capture/capture.toml", "swap.png", "right_dots.png");
+    let ran = bench.run(PRECISE);
+    assert_eq!((ran.code, bench.files("out").len()), (1, 0), "{}", ran.err);
+
+    // a straight line is no face
+    let line: String = (0..200).map(|i| format!("{i},{i},{i}\n")).collect();
+    bench.write("line.csv", format!("x,y,z\n{line}"));
+    refused(&bench, "register line.csv -o out/r.ply -q", 1, &["register"]);
+    refused(&bench, "register line.csv -o out/r.ply --profile facebuilder -q", 1, &["register"]);
+    bench.write("few.csv", "x,y,z\n0,0,900\n1,0,900\n0,1,900\n");
+    refused(&bench, "register few.csv -o out/r.ply -q", 1, &["register", "3 points"]);
+    bench.write("nan.csv", "x,y,z\nnan,0,900\n");
+    refused(&bench, "register nan.csv -o out/r.ply -q", 1, &["line 2"]);
+}
+
+#[test]
+fn a_template_must_say_its_unit_and_its_features() {
+    let bench = Bench::new();
+    bench.done("template export head-coarse -o mine.obj -q");
+    let sidecar = bench.text("mine.landmarks.toml");
+    std::fs::remove_file(bench.path("mine.landmarks.toml")).unwrap();
+    let mine = format!("{RECONSTRUCT} --template mine.obj");
+    refused(&bench, &mine, 1, &["mine.obj", "unit"]);
+    bench.write("mine.landmarks.toml", "unit = \"mm\"\n");
+    let marked = "\n[landmarks]\nnose_tip = { left = [250.0, 200.0], right = [260.0, 200.0] }\n";
+    let text = bench.text("capture/capture.toml");
+    bench.write("capture/capture.toml", format!("{text}{marked}"));
+    refused(&bench, &mine, 1, &["template mine", "landmarks"]);
+    bench.write("mine.landmarks.toml", sidecar.replace("nose_tip", "nose_tipp"));
+    let ran = bench.run(&mine);
+    assert!(ran.code != 0 && ran.err.contains("nose_tipp"), "{}", ran.err);
+    // without marked features a template needs none
+    bench.write("mine.landmarks.toml", "unit = \"mm\"\n");
+    bench.write("capture/capture.toml", text);
+    bench.done(&mine.replace("out", "bare"));
+}
+
+#[test]
+fn a_result_that_cannot_be_written_is_said() {
+    let bench = Bench::new();
+    bench.write("out", "a file where the folder should be");
+    let ran = bench.run(RECONSTRUCT);
+    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert!(ran.err.contains("out"), "{}", ran.err);
+    assert_eq!(bench.text("out"), "a file where the folder should be");
+    refused(&Bench::new(), "convert capture/calibration.yml x.xyz", 1, &["calibration.yml"]);
+}
