@@ -1,15 +1,17 @@
 //! Rectify: both photos as cameras with level rows would have taken them, so that a point has the
 //! same row in both (the thesis asks the photographer for that; a calibrated rig gives it).
 
+mod rows;
 mod warp;
 
 #[cfg(test)]
 mod tests;
 
+pub use rows::RowsParams;
 pub use warp::warp;
 
-use crate::camera::{Rectification, RigError};
-use crate::data::{Capture, Gray};
+use crate::camera::{Rectification, RigError, View};
+use crate::data::{Capture, Gray, Photo};
 use crate::observer::{Artifact, Event, Observer};
 use crate::settings;
 
@@ -19,6 +21,8 @@ settings! {
         /// Whether the rig's calibration is used where the capture has one; without it the photos
         /// are taken as they are.
         calibrated: bool = true;
+        /// Rows that the photographs show to be off.
+        rows: RowsParams = RowsParams::default();
     }
 }
 
@@ -113,37 +117,61 @@ pub fn rectify(
     check_sizes(capture)?;
     let size = capture.left.size();
     let mut warnings = Vec::new();
-    let rectification = match &capture.rig {
+    let mut rectification = match &capture.rig {
         Some(rig) if params.calibrated => {
             rig.validate(size)?;
             Rectification::from_rig(rig, size)
         }
-        _ => {
-            warnings.push(
-                "no calibration is used: rows are taken as level, and lengths are in model units"
-                    .to_owned(),
-            );
-            Rectification::identity(size)
-        }
+        _ => Rectification::identity(size),
     };
     check_canvas(&rectification, size)?;
     if observer.cancelled() {
         return Err(RectifyError::Cancelled);
     }
-    let left = warp(&capture.left.gray, &rectification.left, rectification.size);
-    let right = warp(&capture.right.gray, &rectification.right, rectification.size);
-    let plain = capture.plain.as_ref().map(|[l, r]| {
-        [
-            warp(&l.gray, &rectification.left, rectification.size),
-            warp(&r.gray, &rectification.right, rectification.size),
-        ]
-    });
+    let mut pictures = Pictures::new(capture, &rectification);
+    let mut rows = RowReport::default();
+    if params.rows.measure {
+        let dots = [&pictures.left, &pictures.right];
+        let plain = pictures.plain.as_ref().map(|p| [&p[0], &p[1]]);
+        let levelled = rows::level(&rectification, dots, plain, &params.rows);
+        rows = levelled.report;
+        warnings.extend(levelled.warnings);
+        if let Some(better) = levelled.rectification {
+            rectification = better;
+            pictures = Pictures::new(capture, &rectification);
+        }
+    } else if rectification.rig.is_none() {
+        warnings.push(
+            "no calibration is used: rows are taken as level, and lengths are in model units"
+                .to_owned(),
+        );
+    }
+    let Pictures { left, right, plain } = pictures;
     for message in &warnings {
         observer.event(&Event::Warning { stage: "rectify", message });
     }
     observer.artifact("rectify", "left", Artifact::Gray(&left));
     observer.artifact("rectify", "right", Artifact::Gray(&right));
-    Ok(Rectified { rectification, left, right, plain, rows: RowReport::default(), warnings })
+    Ok(Rectified { rectification, left, right, plain, rows, warnings })
+}
+
+/// Both pairs as the views see them.
+struct Pictures {
+    left: Gray,
+    right: Gray,
+    plain: Option<[Gray; 2]>,
+}
+
+impl Pictures {
+    fn new(capture: &Capture, rectification: &Rectification) -> Self {
+        let see = |photo: &Photo, view: &View| warp(&photo.gray, view, rectification.size);
+        let (left, right) = (&rectification.left, &rectification.right);
+        Self {
+            left: see(&capture.left, left),
+            right: see(&capture.right, right),
+            plain: capture.plain.as_ref().map(|[l, r]| [see(l, left), see(r, right)]),
+        }
+    }
 }
 
 fn check_sizes(capture: &Capture) -> Result<(), RectifyError> {

@@ -24,7 +24,7 @@ settings! {
         min_amplitude: f64 = 3.0, range 0.1..=255.0, unit "grey levels";
         /// Least response of a dot as a multiple of the mean response around it.
         contrast: f64 = 1.2, range 0.0..=10.0;
-        /// Pixels from this level up are saturated and left out of the fit.
+        /// Pixels from this level up are saturated: the fit may pass above them.
         saturation: f64 = 253.5, range 1.0..=65535.0, unit "grey levels";
         /// Largest residual of the fit (root mean square) as a part of the dot's height.
         max_residual: f64 = 0.35, range 0.01..=10.0;

@@ -48,6 +48,8 @@ impl Fit {
 struct Window {
     samples: Vec<(f64, f64, f64)>,
     radius: f64,
+    /// From this level up a pixel only says that it is at least so bright.
+    saturation: f64,
 }
 
 impl Window {
@@ -58,13 +60,12 @@ impl Window {
         for dy in -r..=r {
             for dx in -r..=r {
                 let inside = ((dx * dx + dy * dy) as f64) <= (radius + 0.5).powi(2);
-                let level = image.get(cx + dx, cy + dy).map_or(f64::INFINITY, f64::from);
-                if inside && level < saturation {
-                    samples.push((dx as f64, dy as f64, level));
+                if let (true, Some(level)) = (inside, image.get(cx + dx, cy + dy)) {
+                    samples.push((dx as f64, dy as f64, f64::from(level)));
                 }
             }
         }
-        Self { samples, radius }
+        Self { samples, radius, saturation }
     }
 }
 
@@ -96,7 +97,8 @@ fn fit_window(
     let start = at - origin;
     let lowest = window.samples.iter().map(|s| s.2).fold(f64::INFINITY, f64::min);
     let highest = window.samples.iter().map(|s| s.2).fold(f64::NEG_INFINITY, f64::max);
-    if window.samples.len() < 14 || !(highest - lowest > 0.5 * params.min_amplitude) {
+    let measured = window.samples.iter().filter(|s| s.2 < params.saturation).count();
+    if measured < 14 || !(highest - lowest > 0.5 * params.min_amplitude) {
         return None;
     }
     let begin = Vec7::from([highest - lowest, start.x, start.y, 0.9 * sigma_px, lowest, 0.0, 0.0]);
@@ -165,6 +167,9 @@ fn equations(window: &Window, p: &Vec7) -> (Mat7, Vec7, f64) {
         let e = (-0.5 * w * r2).exp();
         let ae = a * e;
         let error = level - (b + gx * qx + gy * qy + ae);
+        if level >= window.saturation && error < 0.0 {
+            continue;
+        }
         let j = [e, ae * dx * w, ae * dy * w, ae * r2 * w / s, 1.0, qx, qy];
         cost += error * error;
         for row in 0..7 {
