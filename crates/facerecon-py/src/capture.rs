@@ -102,6 +102,13 @@ impl Capture {
         Ok(Self { capture, warnings: Vec::new() })
     }
 
+    /// The same capture with these features marked.
+    fn with_features(&self, features: Marks) -> Self {
+        let marked = features.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect();
+        let capture = CoreCapture { features: marked, ..self.capture.clone() };
+        Self { capture, warnings: self.warnings.clone() }
+    }
+
     /// Writes a capture folder; gives the path of its `capture.toml`.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
         py.detach(|| io::write_capture(&folder, &self.capture)).map_err(|e| to_py(py, e))

@@ -34,6 +34,8 @@ type FilteredOut<'py> = (Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>);
 type FeaturesIn<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
 /// `(model_from_data, facts as JSON, error history, inliers)`.
 type PoseOut<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>);
+/// `(texture, coverage)`.
+type TextureOut<'py> = (Bound<'py, PyArray3<u8>>, Bound<'py, PyArray2<u8>>);
 /// `(mesh, steps, movement of each step, enlargement)`.
 type SmoothedOut<'py> = (MeshOut<'py>, usize, Vec<f64>, [f64; 3]);
 /// Vertices and the places they should reach.
@@ -251,7 +253,7 @@ fn texture<'py>(
     parts: MeshIn<'py>,
     params: &Params,
     callback: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyArray3<u8>>, Bound<'py, PyArray2<u8>>)> {
+) -> PyResult<TextureOut<'py>> {
     let face = mesh(&parts)?;
     let (photos, params) = (&capture.capture, &params.0);
     let made = watched(py, callback, |watch| parts::texture_mesh(photos, &face, params, watch))?;

@@ -119,6 +119,16 @@ def _marks(name: str, marks: Mapping[str, Any]) -> dict[str, list[float]]:
     return found
 
 
+def _features(landmarks: Mapping[str, Any]) -> dict[str, list[float]]:
+    features = _marks("landmarks", landmarks)
+    unknown = sorted(set(features) - set(_core.FEATURES))
+    if unknown:
+        raise ParameterError(
+            f"landmarks has {unknown}, but the names are {list(_core.FEATURES)}", "parameters"
+        )
+    return features
+
+
 class Capture:
     """One session in front of the cameras: photographs, pattern, rig, marks.
 
@@ -188,12 +198,7 @@ class Capture:
             raise ParameterError(
                 f"seeds has {sorted(marks)}, but {list(SEEDS)} are wanted", "parameters"
             )
-        features = _marks("landmarks", landmarks or {})
-        unknown = sorted(set(features) - set(_core.FEATURES))
-        if unknown:
-            raise ParameterError(
-                f"landmarks has {unknown}, but the names are {list(_core.FEATURES)}", "parameters"
-            )
+        features = _features(landmarks or {})
         self._core = _core.Capture(
             photos["left"],
             photos["right"],
@@ -219,6 +224,10 @@ class Capture:
         capture = cls.__new__(cls)
         capture._core = core
         return capture
+
+    def with_landmarks(self, landmarks: Mapping[str, Any]) -> Capture:
+        """The same capture with these features marked, each ``((xl, yl), (xr, yr))``, pixels."""
+        return Capture._wrap(self._core.with_features(_features(landmarks)))
 
     def save(self, folder: str | PathLike[str]) -> str:
         """Write a capture folder; gives the path of its ``capture.toml``."""
