@@ -140,12 +140,12 @@ fn the_unseen_neck_stays_round() {
 #[test]
 fn a_lower_nose_is_not_pinched() {
     let template = crate::template::head().mesh;
-    // all of the nose's height above the cheeks shrinks by a quarter
+    // all of the nose's height above the cheeks shrinks nearly by half
     let tip = template.vertices.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
     let (top, cheek) = (tip.y, tip.z - 28.0);
     let lower = |p: &Vec3| {
         let near = (-((p.y - top - 10.0) / 45.0).powi(4) - (p.x / 30.0).powi(4)).exp();
-        p - Vec3::new(0.0, 0.0, 0.25 * near * (p.z - cheek).max(0.0))
+        p - Vec3::new(0.0, 0.0, 0.45 * near * (p.z - cheek).max(0.0))
     };
     let truth = template.with_vertices(template.vertices.iter().map(lower).collect());
     let fitted = fit(&template, &scan(&truth, 20)).mesh;
@@ -159,24 +159,32 @@ fn a_lower_nose_is_not_pinched() {
         .collect();
     assert!(ridge.len() > 50, "{}", ridge.len());
     let worst = percentile(&ridge, 1.0).unwrap();
-    assert!(worst < 1.5, "{worst} {:?}", percentile(&ridge, 0.9));
+    assert!(worst < 0.5, "{worst}");
 }
 
 #[test]
-fn a_wall_beside_the_scalp_pulls_nothing() {
+fn a_stray_piece_of_data_does_not_bulge_the_scalp() {
     let template = crate::template::head().mesh;
-    let clean = scan(&subject(&template), usize::MAX);
-    let without = fit(&template, &clean).mesh;
-    let mut walled = clean;
-    for i in 0..1200 {
-        let (x, y) = (f64::from(i % 24), f64::from(i / 24));
-        walled.points.push(Vec3::new(88.0 + x, 30.0 + y, 15.0 + 0.1 * (x * 1.7 + y).sin()));
-        walled.normals.push(Vec3::z());
-        walled.sigmas.push(0.1);
+    // nothing is seen above the forehead but one patch, 9 mm off the head
+    let whole = scan(&subject(&template), usize::MAX);
+    let mut clean = Cloud::default();
+    let mut stray = Cloud::default();
+    for (p, n) in whole.points.iter().zip(&whole.normals) {
+        let patch = (70.0..95.0).contains(&p.y) && p.x.abs() < 18.0;
+        let (to, place) = if patch { (&mut stray, p + n * 9.0) } else { (&mut clean, *p) };
+        if patch || p.y < 55.0 {
+            to.points.push(place);
+            to.normals.push(*n);
+            to.sigmas.push(0.1);
+        }
     }
-    let with = fit(&template, &walled).mesh;
-    let worst = apart(&with, &without, |p| p.y > 0.0);
-    assert!(worst < 4.0, "{worst}");
+    assert!(stray.points.len() > 100, "{}", stray.points.len());
+    let without = fit(&template, &clean).mesh;
+    clean.points.extend(stray.points);
+    clean.normals.extend(stray.normals);
+    clean.sigmas.extend(stray.sigmas);
+    let worst = apart(&fit(&template, &clean).mesh, &without, |p| p.y > 60.0);
+    assert!(worst < 1.0, "{worst}");
 }
 
 #[test]
