@@ -1,6 +1,7 @@
 //! The profile `facebuilder` on captures with truth that lie outside of this repository: the
 //! folders in `FACERECON_CAPTURES` that hold a `truth_dots.csv`. Skipped where that is not set.
 #![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
+#![allow(clippy::print_stdout)] // the figures are worth reading
 
 #[path = "support/truth.rs"]
 mod truth;

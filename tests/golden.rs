@@ -4,6 +4,7 @@
 //! `REGENERATE=1 cargo test -p facerecon-cli --test golden` rewrites the stored meshes; say in the
 //! commit why they change.
 #![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
+#![allow(clippy::print_stdout)] // the figures are worth reading
 
 #[path = "support/truth.rs"]
 mod truth;
