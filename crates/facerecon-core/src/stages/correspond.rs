@@ -2,10 +2,12 @@
 
 mod lattice;
 mod scan;
+mod stripes;
 #[cfg(test)]
 mod tests;
 
 pub use lattice::LatticeParams;
+pub use stripes::{StripesParams, correspond_stripes};
 
 use crate::camera::RectifiedRig;
 use crate::data::{Dot, Gray, Match, Pattern, Seeds};
@@ -31,6 +33,8 @@ settings! {
         scan: ScanParams = ScanParams::default();
         /// The automatic way.
         lattice: LatticeParams = LatticeParams::default();
+        /// Stripes, for captures of that kind.
+        stripes: StripesParams = StripesParams::default();
     }
 }
 
