@@ -6,7 +6,7 @@ pub mod parts;
 mod run;
 
 use crate::camera::Rectification;
-use crate::data::{Capture, Cloud, Gray, Match, Mesh};
+use crate::data::{Capture, Cloud, Gray, Match, Mesh, PatternKind};
 use crate::error::Error;
 use crate::math::Similarity;
 use crate::observer::Observer;
@@ -42,7 +42,7 @@ pub struct Reconstruction {
     pub rectification: Rectification,
     /// How level the photos' rows were found.
     pub rows: RowReport,
-    /// Dots found in the left and the right photo.
+    /// Dots found in the left and the right photo; for stripes, the edges matched.
     pub dots: [usize; 2],
     /// Depth maps of both photos, rectified, lighter is nearer (thesis Fig. 2.5).
     pub depth: [Gray; 2],
@@ -76,11 +76,20 @@ pub fn reconstruct(
     run.warn(&level.warnings);
     let rig = level.rectification.rig.as_ref();
 
-    let left = run.stage("detect", |o| parts::dots(&level.left, params, o))?;
-    let right = run.stage("detect", |o| parts::dots(&level.right, params, o))?;
-
-    let input = inputs::correspond(capture, &level, &left, &right);
-    let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
+    let (found, dots) = match capture.pattern.kind {
+        PatternKind::Stripes => {
+            let found = run.stage("correspond", |o| parts::stripes(&level, params, o))?;
+            let count = found.matches.len();
+            (found, [count; 2])
+        }
+        PatternKind::Dots => {
+            let left = run.stage("detect", |o| parts::dots(&level.left, params, o))?;
+            let right = run.stage("detect", |o| parts::dots(&level.right, params, o))?;
+            let input = inputs::correspond(capture, &level, &left, &right);
+            let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
+            (found, [left.dots.len(), right.dots.len()])
+        }
+    };
     run.warn(&found.warnings);
 
     let (matches, dense) = match params.refine.method {
@@ -153,7 +162,7 @@ pub fn reconstruct(
         matches,
         rectification: level.rectification,
         rows: level.rows,
-        dots: [left.dots.len(), right.dots.len()],
+        dots,
         depth,
         registration: pose,
         model_from_camera,

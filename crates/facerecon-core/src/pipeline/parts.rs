@@ -3,13 +3,13 @@
 use super::inputs;
 pub use super::inputs::to_scale;
 use crate::camera::Rectification;
-use crate::data::{Capture, Gray, Match, Mesh};
+use crate::data::{Capture, Gray, Match, Mesh, PatternKind, Rgb};
 use crate::error::Error;
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::spatial::SurfaceIndex;
-use crate::stages::correspond::correspond;
+use crate::stages::correspond::{Correspondence, correspond, correspond_stripes};
 use crate::stages::detect::{DetectMethod, Detection, detect};
 use crate::stages::filter::filter;
 use crate::stages::rectify::{Rectified, rectify};
@@ -24,7 +24,7 @@ pub struct Matched {
     pub matches: Vec<Match>,
     /// How photo and rectified pixels belong together.
     pub rectification: Rectification,
-    /// Dots found in the left and the right photo.
+    /// Dots found in the left and the right photo; for stripes, the edges matched.
     pub dots: [usize; 2],
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -44,6 +44,21 @@ pub fn dots(image: &Gray, params: &Params, observer: &dyn Observer) -> Result<De
     }
 }
 
+/// The matches of a capture of stripes.
+///
+/// # Errors
+/// Those of the stage correspond.
+pub fn stripes(
+    level: &Rectified,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Correspondence, Error> {
+    let rig = level.rectification.rig.as_ref();
+    let empty = [Rgb::filled(0, 0, [0; 3]), Rgb::filled(0, 0, [0; 3])];
+    let [left, right] = level.colors.as_ref().unwrap_or(&empty);
+    Ok(correspond_stripes([left, right], rig, &params.correspond.stripes, observer)?)
+}
+
 /// Rectify, detect, correspond.
 ///
 /// # Errors
@@ -54,17 +69,22 @@ pub fn find_matches(
     observer: &dyn Observer,
 ) -> Result<Matched, Error> {
     let level: Rectified = rectify(capture, &params.rectify, observer)?;
-    let left = dots(&level.left, params, observer)?;
-    let right = dots(&level.right, params, observer)?;
-    let input = inputs::correspond(capture, &level, &left, &right);
-    let found = correspond(&input, &params.correspond, observer)?;
+    let (found, dots) = match capture.pattern.kind {
+        PatternKind::Stripes => {
+            let found = stripes(&level, params, observer)?;
+            let count = found.matches.len();
+            (found, [count; 2])
+        }
+        PatternKind::Dots => {
+            let left = dots(&level.left, params, observer)?;
+            let right = dots(&level.right, params, observer)?;
+            let input = inputs::correspond(capture, &level, &left, &right);
+            let found = correspond(&input, &params.correspond, observer)?;
+            (found, [left.dots.len(), right.dots.len()])
+        }
+    };
     let warnings = level.warnings.iter().chain(&found.warnings).cloned().collect();
-    Ok(Matched {
-        matches: found.matches,
-        rectification: level.rectification,
-        dots: [left.dots.len(), right.dots.len()],
-        warnings,
-    })
+    Ok(Matched { matches: found.matches, rectification: level.rectification, dots, warnings })
 }
 
 /// Points from pairs in the photos' own pixels.

@@ -8,10 +8,10 @@ mod warp;
 mod tests;
 
 pub use rows::RowsParams;
-pub use warp::warp;
+pub use warp::{warp, warp_rgb};
 
 use crate::camera::{Rectification, RigError, View};
-use crate::data::{Capture, Gray, Photo};
+use crate::data::{Capture, Gray, PatternKind, Photo, Rgb};
 use crate::observer::{Artifact, Event, Observer};
 use crate::settings;
 
@@ -96,6 +96,8 @@ pub struct Rectified {
     pub right: Gray,
     /// The pair without the pattern, rectified.
     pub plain: Option<[Gray; 2]>,
+    /// The pair with the pattern in colour, for stripes; `None` for dots.
+    pub colors: Option<[Rgb; 2]>,
     /// How level the rows were found.
     pub rows: RowReport,
     /// What the user should know, in words.
@@ -133,6 +135,7 @@ pub fn rectify(
     if params.rows.measure {
         let dots = [&pictures.left, &pictures.right];
         let plain = pictures.plain.as_ref().map(|p| [&p[0], &p[1]]);
+        let dots = (capture.pattern.kind == PatternKind::Dots).then_some(dots);
         let levelled = rows::level(&rectification, dots, plain, &params.rows);
         rows = levelled.report;
         warnings.extend(levelled.warnings);
@@ -147,12 +150,17 @@ pub fn rectify(
         );
     }
     let Pictures { left, right, plain } = pictures;
+    let colors = (capture.pattern.kind == PatternKind::Stripes).then(|| {
+        let size = rectification.size;
+        [(&capture.left, &rectification.left), (&capture.right, &rectification.right)]
+            .map(|(photo, view)| warp_rgb(&photo.rgb, view, size))
+    });
     for message in &warnings {
         observer.event(&Event::Warning { stage: "rectify", message });
     }
     observer.artifact("rectify", "left", Artifact::Gray(&left));
     observer.artifact("rectify", "right", Artifact::Gray(&right));
-    Ok(Rectified { rectification, left, right, plain, rows, warnings })
+    Ok(Rectified { rectification, left, right, plain, colors, rows, warnings })
 }
 
 /// Both pairs as the views see them.

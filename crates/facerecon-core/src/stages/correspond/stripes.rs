@@ -57,8 +57,7 @@ pub fn correspond_stripes(
     let height = images[0].height().min(images[1].height());
     let rows: Vec<usize> = (0..height).step_by(params.row_step_px.max(1)).collect();
     let [left, right] = images.map(|image| {
-        let found: Vec<Vec<Edge>> =
-            rows.par_iter().map(|y| row_edges(image, *y, params)).collect();
+        let found: Vec<Vec<Edge>> = rows.par_iter().map(|y| row_edges(image, *y, params)).collect();
         Chains::link(found)
     });
     if observer.cancelled() {
@@ -155,9 +154,10 @@ fn drop_background(
             start = end;
         }
     }
-    let (Some(high), Some(low)) =
-        (disparities.get(kept.start).copied(), disparities.get(kept.end.saturating_sub(1)).copied())
-    else {
+    let (Some(high), Some(low)) = (
+        disparities.get(kept.start).copied(),
+        disparities.get(kept.end.saturating_sub(1)).copied(),
+    ) else {
         return 0;
     };
     matches.retain(|m| (low..=high).contains(&m.disparity()));

@@ -50,10 +50,11 @@ pub(super) struct Levelled {
 }
 
 /// Measures the rows of a pair that `rectification` was to level, and corrects the views. `dots`
-/// and `plain` are the pairs with and without pattern as the views see them.
+/// and `plain` are the pairs with and without pattern as the views see them; stripes along the
+/// columns say nothing about rows, so that for them there are no `dots`.
 pub(super) fn level(
     rectification: &Rectification,
-    dots: [&Gray; 2],
+    dots: Option<[&Gray; 2]>,
     plain: Option<[&Gray; 2]>,
     params: &RowsParams,
 ) -> Levelled {
@@ -63,7 +64,7 @@ pub(super) fn level(
             calibrated(rectification, rig.principal_right, &spots, params)
         }
         None => {
-            let mut spots = spots(dots, plain, params.offset * dots[0].height() as f64);
+            let mut spots = spots(dots, plain, params.offset * rectification.size.1 as f64);
             let mut turn = turned(rectification.size, None, &spots);
             // Windows that are turned against each other correlate badly: look again at the
             // levelled pictures.
@@ -86,7 +87,7 @@ fn turned(size: (usize, usize), known: Option<Turn>, spots: &[Spot]) -> Option<T
 }
 
 /// Places seen in both photos, in pixels of the photos, looked for in pictures that a turn levels.
-fn again(dots: [&Gray; 2], plain: Option<[&Gray; 2]>, turn: &Turn) -> Vec<Spot> {
+fn again(dots: Option<[&Gray; 2]>, plain: Option<[&Gray; 2]>, turn: &Turn) -> Vec<Spot> {
     let homographies = turn.homographies();
     let [Some(left), Some(right)] = homographies.map(View::plane) else {
         return Vec::new();
@@ -94,25 +95,29 @@ fn again(dots: [&Gray; 2], plain: Option<[&Gray; 2]>, turn: &Turn) -> Vec<Spot> 
     let see = |pair: [&Gray; 2]| {
         [warp(pair[0], &left, pair[0].size()), warp(pair[1], &right, pair[1].size())]
     };
-    let (dots, plain) = (see(dots), plain.map(see));
+    let (dots, plain) = (dots.map(see), plain.map(see));
+    let height = dots.iter().chain(&plain).map(|p| p[0].height()).max().unwrap_or(0);
+    let dots = dots.as_ref().map(|p| [&p[0], &p[1]]);
     let plain = plain.as_ref().map(|p| [&p[0], &p[1]]);
-    let rows_px = dots[0].height() as f64 / 50.0;
-    spots([&dots[0], &dots[1]], plain, rows_px)
+    spots(dots, plain, height as f64 / 50.0)
         .into_iter()
         .map(|s| Spot { left: left.to_photo(s.left), right: right.to_photo(s.right) })
         .collect()
 }
 
 /// Places seen in both photos.
-fn spots(dots: [&Gray; 2], plain: Option<[&Gray; 2]>, rows_px: f64) -> Vec<Spot> {
-    // Without a plain pair, the patterned one with its dots smeared away has to do.
-    let smeared = || dots.map(|d| d.blurred(d.width() as f64 / 110.0));
-    let spots = match plain {
-        Some(plain) => features(plain, rows_px),
-        None => {
-            let [left, right] = smeared();
+fn spots(dots: Option<[&Gray; 2]>, plain: Option<[&Gray; 2]>, rows_px: f64) -> Vec<Spot> {
+    let spots = match (plain, dots) {
+        (Some(plain), _) => features(plain, rows_px),
+        // Without a plain pair, the patterned one with its dots smeared away has to do.
+        (None, Some(dots)) => {
+            let [left, right] = dots.map(|d| d.blurred(d.width() as f64 / 110.0));
             features([&left, &right], rows_px)
         }
+        (None, None) => Vec::new(),
+    };
+    let Some(dots) = dots else {
+        return spots;
     };
     // Well below half a row of dots in any photo they can be told apart in.
     let reach = (dots[0].width() as f64 / 250.0).round().max(2.0) as isize;

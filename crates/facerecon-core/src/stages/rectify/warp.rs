@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::camera::View;
-use crate::data::Gray;
+use crate::data::{Gray, Rgb};
 use crate::math::Vec2;
 
 /// The photo as its view sees it, on a canvas of `size`, by cubic convolution (Catmull-Rom; Keys
@@ -21,6 +21,12 @@ pub fn warp(photo: &Gray, view: &View, size: (usize, usize)) -> Gray {
         }
     });
     out
+}
+
+/// [`warp`] for each colour.
+pub fn warp_rgb(photo: &Rgb, view: &View, size: (usize, usize)) -> Rgb {
+    let [r, g, b] = [0, 1, 2].map(|c| warp(&photo.map(|p| f32::from(p[c])), view, size).to_u8());
+    Rgb::from_fn(size.0, size.1, |x, y| [r.at(x, y), g.at(x, y), b.at(x, y)])
 }
 
 /// Cubic sample, clipped to 0..255; half a pixel beyond the border centres still counts.

@@ -66,7 +66,8 @@ pub(super) fn row_edges(image: &Rgb, y: usize, params: &StripesParams) -> Vec<Ed
 /// after it.
 fn describe(edges: &mut [Edge], mean: &[[f64; 3]]) {
     for i in 0..edges.len() {
-        let other = if edges[i].rising { edges.get(i + 1) } else { i.checked_sub(1).map(|j| &edges[j]) };
+        let other =
+            if edges[i].rising { edges.get(i + 1) } else { i.checked_sub(1).map(|j| &edges[j]) };
         let partner = other.filter(|o| o.rising != edges[i].rising).map(|o| o.x);
         let x = edges[i].x;
         let inward = if edges[i].rising { 1.0 } else { -1.0 };

@@ -81,7 +81,7 @@ fn photos(cameras: [(&Pinhole, Similarity); 2]) -> Photos {
 
 fn measure(rectification: &Rectification, photos: &Photos) -> Levelled {
     let [dots, plain] = [0, 1].map(|n| [&photos[n][0], &photos[n][1]]);
-    level(rectification, dots, Some(plain), &RowsParams::default())
+    level(rectification, Some(dots), Some(plain), &RowsParams::default())
 }
 
 /// Greatest row difference of points of the surface in corrected views of the true cameras.
