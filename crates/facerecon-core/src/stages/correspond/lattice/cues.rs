@@ -156,25 +156,29 @@ impl Evidence<'_> {
     /// Dots on dark skin are dim in both photos: correlation of each dot's height over that of its
     /// lattice neighbours, which takes shading and exposure out.
     fn brightness(&self, pairs: &[Pair], partner: &Partners) -> f64 {
-        let log = |side: usize, i: usize| self.dots[side][i].amplitude.max(1.0).ln();
         let (mut ab, mut aa, mut bb, mut n) = (0.0, 0.0, 0.0, 0.0);
-        for (i, j) in pairs {
-            let (mut a, mut b, mut count) = (0.0, 0.0, 0.0);
-            for (k, m) in
-                self.graphs[0].neighbours(*i).filter_map(|k| partner.of(k).map(|m| (k, m)))
-            {
-                a += log(0, k);
-                b += log(1, m);
-                count += 1.0;
-            }
-            if count >= 2.0 {
-                let a = (log(0, *i) - a / count).clamp(-0.7, 0.7);
-                let b = (log(1, *j) - b / count).clamp(-0.7, 0.7);
-                (ab, aa, bb, n) = (ab + a * b, aa + a * a, bb + b * b, n + 1.0);
-            }
+        for (a, b) in pairs.iter().filter_map(|p| self.relative_brightness(p, partner)) {
+            (ab, aa, bb, n) = (ab + a * b, aa + a * a, bb + b * b, n + 1.0);
         }
         let correlation = if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 };
         1.1 - correlation * n / (n + 40.0)
+    }
+
+    /// Logarithms of the heights of two dots over those of their lattice neighbours.
+    pub(super) fn relative_brightness(
+        &self,
+        pair: &Pair,
+        partner: &Partners,
+    ) -> Option<(f64, f64)> {
+        let log = |side: usize, i: usize| self.dots[side][i].amplitude.max(1.0).ln();
+        let (mut a, mut b, mut count) = (0.0, 0.0, 0.0);
+        for (k, m) in self.graphs[0].neighbours(pair.0).filter_map(|k| Some((k, partner.of(k)?))) {
+            a += log(0, k);
+            b += log(1, m);
+            count += 1.0;
+        }
+        let over = |own: f64, sum: f64| (own - sum / count).clamp(-0.7, 0.7);
+        (count >= 2.0).then(|| (over(log(0, pair.0), a), over(log(1, pair.1), b)))
     }
 
     /// Holes of the lattice (eyes, nostrils, brows) are the same in both photos: share of dots

@@ -76,11 +76,7 @@ fn prefer_common_shifts(
     pairs: &[Paired],
     offers: &mut [(f64, usize, usize)],
 ) {
-    let shift = |left: usize, right: usize| {
-        let (a, b) = (evidence.graphs[0].labels[left]?, evidence.graphs[1].labels[right]?);
-        let cell = [b.cell[0] - a.cell[0], b.cell[1] - a.cell[1]];
-        Some(Shift { left: a.component, right: b.component, cell })
-    };
+    let shift = |left: usize, right: usize| Shift::of(evidence.graphs, &(left, right));
     let mut votes: HashMap<Shift, f64> = HashMap::new();
     let mut most: HashMap<usize, f64> = HashMap::new();
     let pairs = pairs.iter().map(|p| (1.0, p.left, p.right));

@@ -86,20 +86,32 @@ impl Matcher<'_> {
             .collect()
     }
 
-    /// The pairs around which the plain pair looks alike, on average over the lattice neighbours and
-    /// theirs: leaves out a bare wall that the labels leaked to. Without a plain pair all stay.
+    /// The pairs around which the photos look alike, on average over the lattice neighbours and
+    /// theirs: leaves out a bare wall that the labels leaked to. What is compared is the plain
+    /// pair, or without it the brightness of the dots.
     pub(super) fn convincing(&self, region: &[Pair]) -> Vec<Pair> {
-        let Some(plain) = &self.evidence.plain else {
-            return region.to_vec();
-        };
         let partners = Partners::new(self.evidence.dots[0].len(), region);
+        // Numerator and denominator of a correlation.
         let mut sums = vec![(0.0, 0.0); self.evidence.dots[0].len()];
-        for (i, j) in region {
-            // No contrast is weak evidence against.
-            let (z, w) = plain.likeness(*i, *j).unwrap_or((0.0, 0.2));
-            sums[*i] = (z * w, w);
-        }
-        for _ in 0..3 {
+        let (passes, least) = match &self.evidence.plain {
+            Some(plain) => {
+                for (i, j) in region {
+                    // No contrast is weak evidence against.
+                    let (z, w) = plain.likeness(*i, *j).unwrap_or((0.0, 0.2));
+                    sums[*i] = (z * w, w);
+                }
+                (3, CONVINCING)
+            }
+            None => {
+                for pair in region {
+                    let (a, b) =
+                        self.evidence.relative_brightness(pair, &partners).unwrap_or((0.0, 0.0));
+                    sums[pair.0] = (a * b, 0.5 * (a * a + b * b));
+                }
+                (5, 0.5 * CONVINCING)
+            }
+        };
+        for _ in 0..passes {
             let before = sums.clone();
             for (i, _) in region {
                 let beside = self.evidence.graphs[0].neighbours(*i);
@@ -109,6 +121,6 @@ impl Matcher<'_> {
                 }
             }
         }
-        region.iter().filter(|(i, _)| sums[*i].0 >= CONVINCING * sums[*i].1).copied().collect()
+        region.iter().filter(|(i, _)| sums[*i].0 >= least * sums[*i].1).copied().collect()
     }
 }

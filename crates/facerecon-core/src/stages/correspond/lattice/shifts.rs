@@ -20,6 +20,15 @@ pub(super) struct Shift {
     pub cell: Cell,
 }
 
+impl Shift {
+    /// The shift that pairs two dots; `None` where one has no label.
+    pub(super) fn of(graphs: &[Graph; 2], (left, right): &Pair) -> Option<Self> {
+        let (a, b) = (graphs[0].labels[*left]?, graphs[1].labels[*right]?);
+        let cell = [b.cell[0] - a.cell[0], b.cell[1] - a.cell[1]];
+        Some(Self { left: a.component, right: b.component, cell })
+    }
+}
+
 /// Row difference `yr - yl` of the photos: `offset + along x + down y`, about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rows {
@@ -112,16 +121,12 @@ pub(super) fn candidates(
     // Read out by a full sort, so the map's order does not matter.
     let mut votes: HashMap<Shift, (usize, f64)> = HashMap::new();
     for (i, dot) in dots[0].iter().enumerate().filter(|(i, _)| free[0][*i]) {
-        let Some(a) = graphs[0].labels[i] else {
-            continue;
-        };
         let y = dot.position.y;
         let first = rows.partition_point(|r| r.0 < y - slack_px);
         for (_, j) in rows[first..].iter().take_while(|r| r.0 <= y + slack_px) {
             let disparity = dot.position.x - dots[1][*j].position.x;
-            if let (Some(b), true) = (graphs[1].labels[*j], range.contains(&disparity)) {
-                let cell = [b.cell[0] - a.cell[0], b.cell[1] - a.cell[1]];
-                let shift = Shift { left: a.component, right: b.component, cell };
+            let shift = Shift::of(graphs, &(i, *j));
+            if let (Some(shift), true) = (shift, range.contains(&disparity)) {
                 let vote = votes.entry(shift).or_default();
                 vote.0 += 1;
                 vote.1 += evidence.alike(&(i, *j));
