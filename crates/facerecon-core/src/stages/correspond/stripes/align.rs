@@ -105,11 +105,10 @@ pub(super) fn settle(
                 continue;
             };
             let votes = count as f64 / near.len() as f64;
-            let partner = right.ids[row].iter().position(|c| *c == chain);
-            if let (Some(j), true) = (partner, count >= 3 && votes >= min_votes) {
-                if used.insert(j) {
-                    settled.push(Settled { row, left: i, right: j, votes });
-                }
+            let sure = count >= 3 && votes >= min_votes;
+            let partner = right.ids[row].iter().position(|c| *c == chain).filter(|_| sure);
+            if let Some(right) = partner.filter(|j| used.insert(*j)) {
+                settled.push(Settled { row, left: i, right, votes });
             }
         }
     }
