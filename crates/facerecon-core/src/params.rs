@@ -51,8 +51,11 @@ crate::settings! {
         smooth: SmoothParams =
             SmoothParams { method: SmoothMethod::None, ..SmoothParams::default() };
         /// Colouring the mesh.
-        texture: TextureParams =
-            TextureParams::default();
+        texture: TextureParams = TextureParams {
+            method: TextureMethod::Projective,
+            size: 2048,
+            ..TextureParams::default()
+        };
     }
 }
 

@@ -1,7 +1,7 @@
 //! What each stage is given, gathered from what came before.
 
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
-use crate::data::{Capture, Cloud, Match, Mesh, Pair, Photo, Rgb, Seeds};
+use crate::data::{Capture, Cloud, Gray, Match, Mesh, Pair, Photo, Rgb, Seeds};
 use crate::error::Error;
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::spatial::PointIndex;
@@ -151,12 +151,18 @@ pub(super) fn feature_goals(
 pub(crate) struct PlainPhoto<'a> {
     image: &'a Rgb,
     camera: Option<(Pinhole, Similarity)>,
+    patterned: Option<&'a Gray>,
     dots: Vec<(usize, Vec2)>,
 }
 
 impl PlainPhoto<'_> {
     pub(crate) fn lend(&self) -> TexturePhoto<'_> {
-        TexturePhoto { image: self.image, camera: self.camera, dots: &self.dots }
+        TexturePhoto {
+            image: self.image,
+            camera: self.camera,
+            patterned: self.patterned,
+            dots: &self.dots,
+        }
     }
 }
 
@@ -179,11 +185,13 @@ pub(crate) fn photos<'a>(
             .rig
             .is_some()
             .then(|| (e.camera, e.camera_from_left.compose(camera_from_mesh))),
+        patterned: None,
         dots: Vec::new(),
     });
     let pair = plain.iter().enumerate().map(|(i, photo)| PlainPhoto {
         image: &photo.rgb,
         camera: pair(i),
+        patterned: Some([&capture.left.gray, &capture.right.gray][i]),
         dots: Vec::new(),
     });
     pair.chain(extra).collect()

@@ -1,19 +1,24 @@
 //! Stage texture: colour the head from the photos without the pattern (thesis chapter 5).
 
+mod projective;
 mod scanline;
 mod scanline_boundary;
 
 use crate::camera::Pinhole;
-use crate::data::{Mesh, MeshError, Raster, Rgb};
+use crate::data::{Gray, Mesh, MeshError, Raster, Rgb};
 use crate::math::{Similarity, Vec2};
 use crate::observer::{Artifact, Observer};
+
 use crate::settings::{SettingsError, Value};
+pub use projective::{HeadMotion, ProjectiveParams};
 
 crate::choices! {
     /// How the texture is made.
     pub enum TextureMethod {
         /// Lines of the photos, spread or narrowed to fit (thesis chapter 5); needs no cameras.
         Scanline = "scanline",
+        /// All photos projected through their cameras and blended.
+        Projective = "projective",
     }
 }
 
@@ -65,6 +70,8 @@ crate::settings! {
         stretches: usize = 10, range 1.0..=64.0;
         /// Colour of what no photo gave.
         rest: Rest = Rest::Skin;
+        /// The projective method's own parameters.
+        projective: ProjectiveParams = ProjectiveParams::default();
     }
 }
 
@@ -75,6 +82,9 @@ pub struct TexturePhoto<'a> {
     pub image: &'a Rgb,
     /// Its camera with `camera_from_mesh`, where known.
     pub camera: Option<(Pinhole, Similarity)>,
+    /// The photo with the pattern from the same camera, where there is one: it shows where the head
+    /// was when it was measured.
+    pub patterned: Option<&'a Gray>,
     /// Matched dots: vertex of the mesh, position in this photo in original pixels.
     pub dots: &'a [(usize, Vec2)],
 }
@@ -98,6 +108,8 @@ pub struct Texture {
     /// For each texel the photos it was seen by, as a sum of [`SEEN_LEFT`], [`SEEN_RIGHT`] and
     /// [`SEEN_EXTRA`]; [`FILLED`] where its colour was made up.
     pub coverage: Raster<u8>,
+    /// How the head moved between the measured and these photos, where that was found.
+    pub head_motion: Option<HeadMotion>,
 }
 
 /// Coverage: seen by the first (left) photo.
@@ -171,6 +183,23 @@ pub enum TextureError {
     /// A parameter outside its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// A photo without a camera whose dots do not give one.
+    #[error(
+        "photo {photo} (from 0) has no camera, and its {dots} dots do not give one: they miss their vertices by {rms:.1} px, at most {limit:.1} px is usable and 12 dots are needed; add a calibration"
+    )]
+    NoCamera {
+        /// Number of the photo.
+        photo: usize,
+        /// Dots it has.
+        dots: usize,
+        /// Robust RMS miss, pixels.
+        rms: f64,
+        /// Allowed.
+        limit: f64,
+    },
+    /// The renderer refused.
+    #[error("the head cannot be seen through the camera: {0}")]
+    Draw(String),
     /// Stopped by the observer.
     #[error("cancelled")]
     Cancelled,
@@ -192,6 +221,7 @@ pub fn texture(
     }
     let made = match params.method {
         TextureMethod::Scanline => scanline::texture(input, params, observer)?,
+        TextureMethod::Projective => projective::texture(input, params, observer)?,
     };
     observer.artifact("texture", "texture", Artifact::Rgb(&made.image));
     Ok(made)

@@ -32,6 +32,9 @@ crate::settings! {
 
 /// Distances count up to this much; farther points are all equally wrong. mm
 const BOUND: f64 = 12.0;
+/// Steps from every start, and further steps from the best of them.
+const TRIAL: usize = 6;
+const RUN_OFF: usize = 14;
 /// A normal off by more than 60 degrees is another part of the head.
 const NORMAL_GATE: f64 = 0.5;
 
@@ -52,11 +55,11 @@ pub(super) fn register(
 
     // Rounds: every start for a few steps on few points, the best for more on more.
     let all = starts(&samples, plain, features, metric, own);
-    let few = best(round(&all, &sparse, &model, 6), 6);
+    let few = best(round(&all, &sparse, &model, TRIAL), 6);
     if obs.cancelled() {
         return Err(RegisterError::Cancelled);
     }
-    let winner = best(round(&few, &medium, &model, 14), 1);
+    let winner = best(round(&few, &medium, &model, RUN_OFF), 1);
     let start = *winner.first().ok_or(RegisterError::Degenerate)?;
 
     // The size found on the way settles the pose of a head larger or smaller than the model; a
@@ -81,8 +84,8 @@ pub(super) fn register(
     }
     Ok(Registration {
         model_from_data: pose,
-        iterations: ending.history.len(),
-        start_iterations: 0,
+        iterations: TRIAL + RUN_OFF + ending.history.len(),
+        start_iterations: TRIAL + RUN_OFF,
         coarse_iterations: 0,
         history: ending.history,
         termination: ending.termination,

@@ -199,7 +199,7 @@ fn colour_rest(sheet: Sheet, template: Option<&Rgb>, params: &TextureParams) -> 
             }
         }
     }
-    Texture { image, coverage: seen.map(|s| if s == 0 { FILLED } else { s }) }
+    Texture { image, coverage: seen.map(|s| if s == 0 { FILLED } else { s }), head_motion: None }
 }
 
 fn median_colour(image: &Rgb, seen: &Raster<u8>) -> [u8; 3] {

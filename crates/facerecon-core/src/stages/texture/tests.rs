@@ -41,8 +41,8 @@ fn made(params: &TextureParams) -> Texture {
     let (left, right) = (photo(0, 50), photo(12, 90));
     let (a, b) = (dots(&mesh, 0.0), dots(&mesh, 12.0));
     let photos = [
-        TexturePhoto { image: &left, camera: None, dots: &a },
-        TexturePhoto { image: &right, camera: None, dots: &b },
+        TexturePhoto { image: &left, camera: None, patterned: None, dots: &a },
+        TexturePhoto { image: &right, camera: None, patterned: None, dots: &b },
     ];
     let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
     texture(&input, params, &()).unwrap()
@@ -129,7 +129,7 @@ fn one_wrong_dot_does_not_move_the_boundary() {
     spoiled[300].1 = Vec2::new(325.0, 5.0);
     let params = TextureParams { size: 256, source: Source::Left, ..TextureParams::default() };
     let make = |dots: &[(usize, Vec2)]| {
-        let photos = [TexturePhoto { image: &left, camera: None, dots }];
+        let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots }];
         let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
         texture(&input, &params, &()).unwrap()
     };
@@ -144,7 +144,7 @@ fn what_is_missing_is_named() {
     let left = photo(0, 50);
     let all = dots(&mesh, 0.0);
     let refuse = |mesh: &Mesh, dots: &[(usize, Vec2)], source: Source| {
-        let photos = [TexturePhoto { image: &left, camera: None, dots }];
+        let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots }];
         let input = TextureInput { mesh, photos: &photos, template_texture: None };
         let params = TextureParams { size: 64, source, ..TextureParams::default() };
         texture(&input, &params, &()).unwrap_err()
@@ -160,7 +160,7 @@ fn what_is_missing_is_named() {
     assert!(matches!(refuse(&flat, &all, Source::Left), TextureError::Boundary { .. }));
     let error = refuse(&mesh, &[(99_999, Vec2::zeros())], Source::Left);
     assert!(matches!(error, TextureError::Dot { vertex: 99_999, .. }));
-    let photos = [TexturePhoto { image: &left, camera: None, dots: &all }];
+    let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots: &all }];
     let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
     let error = texture(&input, &TextureParams { size: 0, ..TextureParams::default() }, &());
     assert!(matches!(error, Err(TextureError::Settings(_))));

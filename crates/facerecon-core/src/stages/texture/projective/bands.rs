@@ -1,0 +1,84 @@
+//! A photo in octaves: itself and ever smoother copies.
+
+use rayon::prelude::*;
+
+use super::exposure::encode;
+use super::photo::Photo;
+use crate::data::Raster;
+
+/// Number of octaves.
+pub(super) const LEVELS: usize = 4;
+
+/// The photo (sRGB values 0 to 255) and its smooth copies, blurred within the head only, so that
+/// no background creeps in at the outline.
+pub(super) struct Bands {
+    pub levels: Vec<Raster<[f32; 3]>>,
+}
+
+impl Bands {
+    pub fn new(photo: &Photo) -> Self {
+        let base = encode(photo);
+        let (w, h) = base.size();
+        let inside =
+            |x: usize, y: usize| photo.shows_head(x, y) && photo.sight.edge_px.at(x, y) > 1.0;
+        let mut current = Raster::from_fn(w, h, |x, y| {
+            let c = base.at(x, y);
+            if inside(x, y) { [c[0], c[1], c[2], 1.0] } else { [0.0; 4] }
+        });
+        let mut levels = vec![base.clone()];
+        for level in 1..LEVELS {
+            // sigma 2, 4, 8 px in all: each blur adds what its predecessors lack
+            let radius = 1 << level;
+            current = blur(&current, radius);
+            let mut smooth = current.map(|c| {
+                if c[3] > 1e-3 { [c[0] / c[3], c[1] / c[3], c[2] / c[3]] } else { [f32::NAN; 3] }
+            });
+            let plain = base.data();
+            smooth.data_mut().iter_mut().zip(plain).for_each(|(s, b)| {
+                if s[0].is_nan() {
+                    *s = *b;
+                }
+            });
+            levels.push(smooth);
+        }
+        Self { levels }
+    }
+}
+
+/// Two box blurs in each direction, close to a Gaussian of sigma `radius * 0.82`.
+pub(super) fn blur<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[f32; N]> {
+    let once = |image: Raster<[f32; N]>| transposed(&box_rows(&image, radius));
+    let twice = |image: Raster<[f32; N]>| once(once(image));
+    twice(twice(image.clone()))
+}
+
+fn box_rows<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[f32; N]> {
+    let (w, h) = image.size();
+    let mut out = Raster::filled(w, h, [0.0f32; N]);
+    let scale = 1.0 / (2 * radius + 1) as f64;
+    out.data_mut().par_chunks_mut(w.max(1)).enumerate().for_each(|(y, out)| {
+        let row = image.row(y);
+        let at = |x: isize| row[x.clamp(0, w as isize - 1) as usize];
+        // f64: a running sum in f32 drifts along the row
+        let mut sum = [0.0f64; N];
+        for x in -(radius as isize)..=radius as isize {
+            let v = at(x);
+            (0..N).for_each(|i| sum[i] += f64::from(v[i]));
+        }
+        for x in 0..w {
+            out[x] = std::array::from_fn(|i| (sum[i] * scale) as f32);
+            let (enter, leave) = (at((x + radius + 1) as isize), at(x as isize - radius as isize));
+            (0..N).for_each(|i| sum[i] += f64::from(enter[i]) - f64::from(leave[i]));
+        }
+    });
+    out
+}
+
+fn transposed<const N: usize>(image: &Raster<[f32; N]>) -> Raster<[f32; N]> {
+    let (w, h) = image.size();
+    let mut out = Raster::filled(h, w, [0.0f32; N]);
+    out.data_mut().par_chunks_mut(h.max(1)).enumerate().for_each(|(x, column)| {
+        column.iter_mut().enumerate().for_each(|(y, v)| *v = image.at(x, y));
+    });
+    out
+}

@@ -1,0 +1,197 @@
+use nalgebra::Rotation3;
+
+use super::super::{
+    FILLED, SEEN_LEFT, SEEN_RIGHT, Texture, TextureError, TextureInput, TextureMethod,
+    TextureParams, TexturePhoto, texture,
+};
+use super::resect::resect;
+use crate::camera::Pinhole;
+use crate::data::{Gray, Mesh, Rgb};
+use crate::math::{Mat3, Similarity, Vec2, Vec3};
+use crate::render::{NO_FACE, rasterize};
+
+const SIZE: (usize, usize) = (480, 400);
+
+fn camera() -> Pinhole {
+    Pinhole::ideal(1700.0, Vec2::new(239.5, 199.5))
+}
+
+/// The built-in head 1.3 m before a camera that stands `x` mm to the side.
+fn pose(x: f64) -> Similarity {
+    let turn = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
+    Similarity::rigid(turn, Vec3::new(-x, 10.0, 1300.0))
+}
+
+/// Skin of a smooth pattern in space, seen without shading.
+fn skin(p: &Vec3) -> [f64; 3] {
+    let wave = |a: f64, b: f64| (p.x / a + 1.3 * (p.y / b).sin()).sin() * (p.y / a + p.x / b).cos();
+    [
+        150.0 + 35.0 * wave(14.0, 22.0),
+        110.0 + 25.0 * wave(11.0, 31.0),
+        90.0 + 20.0 * wave(17.0, 19.0),
+    ]
+}
+
+fn photo(mesh: &Mesh, pose: &Similarity, gain: f64) -> Rgb {
+    let seen = rasterize(mesh, &camera(), pose, SIZE).unwrap();
+    Rgb::from_fn(SIZE.0, SIZE.1, |x, y| {
+        let face = seen.face.at(x, y);
+        if face == NO_FACE {
+            return [10, 10, 30];
+        }
+        let corners = mesh.corners(face as usize);
+        let w = seen.barycentric.at(x, y);
+        let p: Vec3 = (0..3).map(|k| corners[k] * f64::from(w[k])).sum();
+        skin(&p).map(|v| {
+            let linear = crate::render::linear_from_srgb(v.round() as u8) * gain;
+            crate::render::srgb_from_linear(linear).round() as u8
+        })
+    })
+}
+
+fn params() -> TextureParams {
+    TextureParams { method: TextureMethod::Projective, size: 1024, ..TextureParams::default() }
+}
+
+fn given<'a>(image: &'a Rgb, patterned: Option<&'a Gray>, pose: Similarity) -> TexturePhoto<'a> {
+    TexturePhoto { image, camera: Some((camera(), pose)), patterned, dots: &[] }
+}
+
+fn made(mesh: &Mesh, photos: &[TexturePhoto<'_>]) -> Texture {
+    texture(&TextureInput { mesh, photos, template_texture: None }, &params(), &()).unwrap()
+}
+
+/// RMS difference in grey levels between the painted texture and the skin, over texels that are
+/// coded as seen and lie on the front.
+fn miss(mesh: &Mesh, made: &Texture) -> f64 {
+    let size = made.image.width() as f64;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (face, uv) in mesh.faces.iter().zip(&mesh.face_uvs) {
+        let uv: Vec<_> = uv.iter().map(|&i| mesh.uvs[i as usize]).collect();
+        let (u, v) =
+            ((uv[0][0] + uv[1][0] + uv[2][0]) / 3.0, (uv[0][1] + uv[1][1] + uv[2][1]) / 3.0);
+        let (x, y) = ((u * size - 0.5).round() as usize, ((1.0 - v) * size - 0.5).round() as usize);
+        let code = made.coverage.at(x, y);
+        let p: Vec3 = face.iter().map(|&i| mesh.vertices[i as usize]).sum::<Vec3>() / 3.0;
+        if code & FILLED != 0 || code == 0 || p.z < 60.0 {
+            continue;
+        }
+        let got = made.image.at(x, y);
+        for (g, s) in got.iter().zip(skin(&p)) {
+            sum += (f64::from(*g) - s).powi(2);
+            count += 1.0;
+        }
+    }
+    assert!(count > 2000.0, "{count}");
+    (sum / count).sqrt()
+}
+
+#[test]
+fn two_photos_give_the_skin_and_exposures_are_matched() {
+    let mesh = crate::template::head().mesh;
+    let (a, b) = (pose(-70.0), pose(70.0));
+    // the right photo is darker
+    let (left, right) = (photo(&mesh, &a, 1.0), photo(&mesh, &b, 0.8));
+    let made = made(&mesh, &[given(&left, None, a), given(&right, None, b)]);
+    assert!(made.head_motion.is_none(), "{:?}", made.head_motion);
+    let rms = miss(&mesh, &made);
+    assert!(rms < 4.0, "{rms}"); // 36 dB; texels lie between pixels
+    let codes = made.coverage.data();
+    assert!(codes.iter().any(|c| c & SEEN_LEFT != 0) && codes.iter().any(|c| c & SEEN_RIGHT != 0));
+    // nothing is black, and none of the blue wall is on the skin
+    let blue = made.image.data().iter().filter(|p| p[2] > p[0]).count();
+    assert!(blue * 200 < made.image.data().len(), "{blue}");
+    assert!(made.image.data().iter().all(|p| p[0] > 20));
+}
+
+#[test]
+fn what_is_hidden_is_not_painted_with_what_hides_it() {
+    // a red card before the left half of the face, part of the mesh
+    let mut mesh = crate::template::head().mesh;
+    let n = mesh.vertices.len() as u32;
+    for (x, y) in [(10.0, -40.0), (60.0, -40.0), (60.0, 60.0), (10.0, 60.0)] {
+        mesh.vertices.push(Vec3::new(x, y, 180.0));
+        mesh.uvs.push([0.001, 0.001]);
+    }
+    let m = mesh.uvs.len() as u32 - 4;
+    for t in [[0, 1, 2], [0, 2, 3]] {
+        mesh.faces.push(t.map(|i| n + i));
+        mesh.face_uvs.push(t.map(|i| m + i));
+    }
+    let at = pose(0.0);
+    let mut image = photo(&mesh, &at, 1.0);
+    let seen = rasterize(&mesh, &camera(), &at, SIZE).unwrap();
+    let card = mesh.faces.len() as u32 - 2;
+    for y in 0..SIZE.1 {
+        for x in 0..SIZE.0 {
+            if seen.face.at(x, y) != NO_FACE && seen.face.at(x, y) >= card {
+                image.set(x, y, [250, 0, 0]);
+            }
+        }
+    }
+    let made = made(&mesh, &[given(&image, None, at)]);
+    let red = made.image.data().iter().filter(|p| p[0] > 200 && p[1] < 60).count();
+    assert_eq!(red, 0);
+}
+
+#[test]
+fn a_head_that_moved_is_followed() {
+    let mesh = crate::template::head().mesh;
+    let (a, b) = (pose(-70.0), pose(70.0));
+    let turn = Rotation3::from_euler_angles(0.01, -0.03, 0.015).into_inner();
+    let moved = Similarity::rigid(turn, Vec3::new(3.0, -2.0, 4.0));
+    // skin is fixed to the head: draw the head where it was, seen from where it is now
+    let (left, right) =
+        (photo(&mesh, &a.compose(&moved), 1.0), photo(&mesh, &b.compose(&moved), 1.0));
+    let then = [photo(&mesh, &a, 1.0).to_gray(), photo(&mesh, &b, 1.0).to_gray()];
+    let photos = [given(&left, Some(&then[0]), a), given(&right, Some(&then[1]), b)];
+    let made = made(&mesh, &photos);
+    let found = made.head_motion.unwrap();
+    for p in mesh.vertices.iter().filter(|p| p.z > 60.0) {
+        let off = (found.moved_from_mesh.apply(p) - moved.apply(p)).norm();
+        assert!(off < 0.5, "{off} mm");
+    }
+    assert!(miss(&mesh, &made) < 6.0, "{}", miss(&mesh, &made));
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let mesh = crate::template::head_coarse().mesh;
+    let at = pose(0.0);
+    let image = photo(&mesh, &at, 1.0);
+    let photos = [given(&image, None, at)];
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(one.install(|| made(&mesh, &photos)), made(&mesh, &photos));
+}
+
+#[test]
+fn a_camera_comes_from_dots_or_is_asked_for() {
+    let mesh = crate::template::head().mesh;
+    let at = pose(30.0);
+    let points: Vec<Vec3> =
+        mesh.vertices.iter().filter(|v| v.z > 40.0).step_by(9).copied().collect();
+    let mut pixels: Vec<Vec2> =
+        points.iter().map(|p| camera().project(&at.apply(p)).unwrap()).collect();
+    for (i, q) in pixels.iter_mut().enumerate() {
+        let t = i as f64;
+        *q += Vec2::new((t * 12.9).sin(), (t * 7.7).cos()) * 0.2;
+        if i % 15 == 0 {
+            *q += Vec2::new(40.0, -25.0); // wrong matches
+        }
+    }
+    let (found, rms) = resect(&points, &pixels).unwrap();
+    assert!(rms < 0.5, "{rms}");
+    for p in &points {
+        let q = found.matrix * p + found.shift;
+        let off =
+            (Vec2::new(q.x / q.z, q.y / q.z) - camera().project(&at.apply(p)).unwrap()).norm();
+        assert!(off < 0.5, "{off}");
+    }
+    assert!(resect(&points[..8], &pixels[..8]).is_none());
+
+    let image = photo(&mesh, &at, 1.0);
+    let photos = [TexturePhoto { image: &image, camera: None, patterned: None, dots: &[] }];
+    let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
+    let error = texture(&input, &params(), &()).unwrap_err();
+    assert!(matches!(error, TextureError::NoCamera { photo: 0, dots: 0, .. }), "{error}");
+}
