@@ -113,6 +113,11 @@ pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<
             (kind, true) => {
                 let value = parse_value(kind, text);
                 check_choice(name, kind, &value)?;
+                if matches!(kind, Kind::Number | Kind::Integer) && value.is_str() {
+                    return Err(SettingsError::Malformed(format!(
+                        "{name} is {text:?}, but must be a number"
+                    )));
+                }
                 target.insert((*part).to_owned(), value);
             }
         }
