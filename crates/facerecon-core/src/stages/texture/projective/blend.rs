@@ -131,11 +131,12 @@ impl Blending {
                 (smooth, color)
             })
             .collect();
-        let pick = |f: fn(&([f32; 3], [f32; 3])) -> [f32; 3]| {
-            Raster::from_vec(size, size, colors.iter().map(f).collect())
+        let square = |colors: Vec<[f32; 3]>| {
+            Raster::from_vec(size, size, colors)
                 .unwrap_or_else(|| Raster::filled(size, size, [0.0; 3]))
         };
-        let (smooth, color) = (pick(|c| c.0), pick(|c| c.1));
+        let (smooth, color) = colors.into_iter().unzip();
+        let (smooth, color) = (square(smooth), square(color));
         let fine = shares.into_iter().next().unwrap_or_default();
         Self { size, fine, smooth, seen, color }
     }
