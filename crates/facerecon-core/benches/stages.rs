@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 
 use divan::Bencher;
-use facerecon_core::data::{Capture, Cloud, Mesh};
+use facerecon_core::data::{Capture, Cloud, CloudFrame, Mesh};
 use facerecon_core::demo;
 use facerecon_core::params::Params;
 use facerecon_core::pipeline::{Reconstruction, parts, reconstruct};
@@ -129,7 +129,7 @@ fn g_register(bencher: Bencher<'_, '_>, width: usize) {
         model: &s.template.mesh,
         coarse: s.template.coarse.as_ref(),
         features: &[],
-        metric: s.found.metric,
+        frame: CloudFrame::Metric,
     };
     bencher.bench(|| register(&input, &s.params.register, &()));
 }

@@ -4,8 +4,10 @@
 
 mod pinhole;
 mod rectification;
+mod resection;
 mod rig;
 
 pub use pinhole::{Distortion, Pinhole};
 pub use rectification::{Rectification, RectifiedRig, View};
+pub use resection::{Projection, resect};
 pub use rig::{RigError, StereoRig};

@@ -10,7 +10,7 @@ mod raster;
 mod topology;
 
 pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
-pub use cloud::Cloud;
+pub use cloud::{Cloud, CloudFrame};
 pub use landmarks::{FEATURES, FeaturePairs, Landmarks};
 pub use matches::{Dot, Match, Pair};
 pub use mesh::{Mesh, MeshError};

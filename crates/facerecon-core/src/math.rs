@@ -14,5 +14,7 @@ pub use transform::Similarity;
 pub type Vec2 = nalgebra::Vector2<f64>;
 /// A vector or point in space.
 pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 2x2 matrix.
+pub type Mat2 = nalgebra::Matrix2<f64>;
 /// A 3x3 matrix.
 pub type Mat3 = nalgebra::Matrix3<f64>;

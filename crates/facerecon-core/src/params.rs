@@ -1,6 +1,7 @@
 //! All parameters in one struct; the two profiles; TOML and single settings.
 
 use crate::settings::{self, SettingsError, Value};
+use crate::stages::cameras::CamerasParams;
 use crate::stages::correspond::{CorrespondMethod, CorrespondParams};
 use crate::stages::deform::{DeformMethod, DeformParams};
 use crate::stages::detect::{DetectMethod, DetectParams};
@@ -37,6 +38,8 @@ crate::settings! {
         /// Which dot is which.
         correspond: CorrespondParams =
             CorrespondParams { method: CorrespondMethod::Lattice, ..CorrespondParams::default() };
+        /// Cameras that nobody has calibrated.
+        cameras: CamerasParams = CamerasParams::default();
         /// Measuring disparity by image matching.
         refine: RefineParams = RefineParams::default();
         /// Disparity to points.
@@ -73,6 +76,7 @@ impl Params {
                     method: CorrespondMethod::Scan,
                     ..CorrespondParams::default()
                 },
+                cameras: CamerasParams { estimate: false, ..CamerasParams::default() },
                 refine: RefineParams { method: RefineMethod::None, ..RefineParams::default() },
                 triangulate: TriangulateParams::default(),
                 register: RegisterParams {

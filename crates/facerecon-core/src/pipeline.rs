@@ -6,7 +6,7 @@ pub mod parts;
 mod run;
 
 use crate::camera::Rectification;
-use crate::data::{Capture, Cloud, Gray, Match, Mesh, PatternKind};
+use crate::data::{Capture, Cloud, CloudFrame, Gray, Match, Mesh, PatternKind};
 use crate::error::Error;
 use crate::math::Similarity;
 use crate::observer::Observer;
@@ -72,32 +72,38 @@ pub fn reconstruct(
 ) -> Result<Reconstruction, Error> {
     let mut run = Run::new(observer);
 
-    let level = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
+    let mut level = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
     run.warn(&level.warnings);
-    let rig = level.rectification.rig.as_ref();
 
-    let (found, dots) = match capture.pattern.kind {
+    let (found, seen, dots) = match capture.pattern.kind {
         PatternKind::Stripes => {
             let found = run.stage("correspond", |o| parts::stripes(&level, params, o))?;
             let count = found.matches.len();
-            (found, [count; 2])
+            (found, [Vec::new(), Vec::new()], [count; 2])
         }
         PatternKind::Dots => {
             let left = run.stage("detect", |o| parts::dots(&level.left, params, o))?;
             let right = run.stage("detect", |o| parts::dots(&level.right, params, o))?;
             let input = inputs::correspond(capture, &level, &left, &right);
             let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
-            (found, [left.dots.len(), right.dots.len()])
+            let count = [left.dots.len(), right.dots.len()];
+            (found, [left.dots, right.dots], count)
         }
     };
     run.warn(&found.warnings);
+
+    if level.rectification.rig.is_none() && params.cameras.estimate {
+        level.rectification.rig = inputs::cameras(&found, &level, params, &mut run)?;
+    }
+    let rig = level.rectification.rig.as_ref();
 
     let (matches, dense) = match params.refine.method {
         RefineMethod::None => (found.matches, None),
         RefineMethod::Photometric => {
             let (left, right) = (&level.left, &level.right);
-            let refined = run
+            let mut refined = run
                 .stage("refine", |o| refine(left, right, rig, &found.matches, &params.refine, o))?;
+            refined.add_lone_dots([&seen[0], &seen[1]], params.refine.lone_sigma_px);
             (refined.matches.clone(), Some(refined))
         }
     };
@@ -107,9 +113,9 @@ pub fn reconstruct(
         let all = inputs::with_features(&matches, &features);
         triangulate(&all, rig, &template.mesh, &params.triangulate, o)
     })?;
-    let metric = points.metric;
-    let points =
-        inputs::points(&points.cloud, &matches, &features, dense.as_ref(), rig.filter(|_| metric));
+    let frame = points.frame;
+    let by_rig = rig.filter(|_| frame != CloudFrame::Model);
+    let points = inputs::points(&points.cloud, &matches, &features, dense.as_ref(), by_rig);
     let depth = depth_maps(&matches, &level.rectification, capture.left.size());
 
     let input = RegisterInput {
@@ -117,10 +123,10 @@ pub fn reconstruct(
         model: &template.mesh,
         coarse: template.coarse.as_ref(),
         features: &inputs::feature_points(&points.features, template),
-        metric,
+        frame,
     };
     let pose = run.stage("register", |o| register(&input, &params.register, o))?;
-    let (head, model_from_camera) = inputs::to_scale(template, &pose, metric);
+    let (head, model_from_camera) = inputs::to_scale(template, &pose, frame.is_metric());
     let registered = points.all.transformed(&model_from_camera);
 
     let input = DeformInput {
@@ -166,7 +172,7 @@ pub fn reconstruct(
         depth,
         registration: pose,
         model_from_camera,
-        metric,
+        metric: frame.is_metric(),
         timings_ms: run.timings_ms,
         warnings: run.warnings,
         params: params.clone(),

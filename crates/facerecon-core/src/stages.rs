@@ -1,5 +1,6 @@
 //! The stages, one file each; none imports another. Floor 3.
 
+pub mod cameras;
 pub mod correspond;
 pub mod deform;
 pub mod detect;

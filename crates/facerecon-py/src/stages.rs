@@ -1,6 +1,6 @@
 //! Single stages on arrays.
 
-use facerecon_core::data::{Cloud, Gray};
+use facerecon_core::data::{Cloud, CloudFrame, Gray};
 use facerecon_core::error::Error;
 use facerecon_core::math::Vec3;
 use facerecon_core::pipeline::parts;
@@ -146,7 +146,7 @@ fn triangulate<'py>(
     let done = watched(py, None, |watch| {
         parts::triangulate_photo_pairs(photos, &pairs, &template::built_in(), params, watch)
     })?;
-    Ok((cloud_out(py, done.cloud)?, done.metric))
+    Ok((cloud_out(py, done.cloud)?, done.frame.is_metric()))
 }
 
 /// Brings points to a model; `(model_from_data, facts as JSON, history)`.
@@ -174,7 +174,7 @@ fn icp<'py>(
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
             features: &features,
-            metric,
+            frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };
         Ok(run_register(&input, params, watch)?)
     })?;

@@ -1,6 +1,6 @@
 //! Every stage alone, from files to files.
 
-use facerecon_core::data::Rgb;
+use facerecon_core::data::{CloudFrame, Rgb};
 use facerecon_core::math::Similarity;
 use facerecon_core::params::Params;
 use facerecon_core::pipeline::parts;
@@ -101,7 +101,8 @@ pub(super) fn triangulate(args: &TriangulateArgs, terminal: &Terminal) -> Result
     let rows = io::table::read_matches(&args.matches)?;
     let pairs: Vec<_> = rows.iter().map(|r| (r.left, r.right)).collect();
     let points = parts::triangulate_photo_pairs(&capture, &pairs, &head, &params, &())?;
-    let frame = if points.metric { "camera frame, mm" } else { "model units: no calibration" };
+    let frame =
+        if points.frame.is_metric() { "camera frame, mm" } else { "model units: no calibration" };
     io::ply::write_cloud(&args.output, &points.cloud, frame)?;
     terminal.say(format!("wrote {} ({frame})", args.output.display()));
     Ok(())
@@ -121,7 +122,7 @@ pub(super) fn register(
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
         features: &[],
-        metric: !args.model_units,
+        frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
     let pose = register_stage::register(&input, &params.register, &Progress::new(terminal.quiet))?;
     let (_, model_from_data) = parts::to_scale(&head, &pose, !args.model_units);

@@ -98,6 +98,8 @@ pub struct RectifiedRig {
     pub principal_right: Vec2,
     /// Left camera frame from the rectified frame (same centre).
     pub camera_from_rectified: Mat3,
+    /// Whether `baseline_mm` is known; else lengths are in a unit that is only about a millimetre.
+    pub metric: bool,
 }
 
 impl RectifiedRig {
@@ -205,6 +207,7 @@ impl Rectification {
                 principal_left,
                 principal_right,
                 camera_from_rectified: rectified_from_left.transpose(),
+                metric: true,
             }),
         }
     }

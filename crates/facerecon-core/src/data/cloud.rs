@@ -48,3 +48,21 @@ impl Cloud {
         Some(self.points.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
     }
 }
+
+/// What is known of where points lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CloudFrame {
+    /// The left camera's frame, millimetres.
+    Metric,
+    /// The left camera's axes, in a unit of its own.
+    Camera,
+    /// Near the frame of the generic head, in its units.
+    Model,
+}
+
+impl CloudFrame {
+    /// Whether lengths are millimetres.
+    pub fn is_metric(self) -> bool {
+        self == Self::Metric
+    }
+}

@@ -1,16 +1,19 @@
 //! What each stage is given, gathered from what came before.
 
+use super::run::Run;
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
 use crate::data::{Capture, Cloud, Gray, Match, Mesh, Pair, Photo, Rgb, Seeds};
 use crate::error::Error;
-use crate::math::{Similarity, Vec2, Vec3};
+use crate::math::{Similarity, Vec3};
+use crate::params::Params;
 use crate::spatial::PointIndex;
-use crate::stages::correspond::CorrespondInput;
+use crate::stages::cameras::estimate_cameras;
+use crate::stages::correspond::{CorrespondInput, Correspondence};
 use crate::stages::detect::Detection;
 use crate::stages::rectify::Rectified;
 use crate::stages::refine::Refined;
 use crate::stages::register::Registration;
-use crate::stages::texture::TexturePhoto;
+use crate::stages::texture::{TextureDot, TexturePhoto};
 use crate::template::Template;
 
 /// The points of a run: those of the matches, those of the marked features, and all measured.
@@ -48,6 +51,31 @@ pub(super) fn correspond<'a>(
         }),
         rig: level.rectification.rig.as_ref(),
     }
+}
+
+/// The cameras of a capture without calibration, as far as the photographs tell them.
+pub(super) fn cameras(
+    found: &Correspondence,
+    level: &Rectified,
+    params: &Params,
+    run: &mut Run<'_>,
+) -> Result<Option<RectifiedRig>, Error> {
+    let size = level.rectification.size;
+    // cameras that stay unknown do not end the run
+    let estimated = run.stage("cameras", |o| {
+        Ok::<_, Error>(estimate_cameras(&found.matches, size, &params.cameras, o))
+    })?;
+    let (rig, words) = match estimated {
+        Ok(cameras) => (Some(cameras.rig), cameras.in_words()),
+        Err(why) => (
+            None,
+            format!(
+                "the cameras stay unknown ({why}): depth is set by the generic head, not measured; calibrate the cameras"
+            ),
+        ),
+    };
+    run.warn(&[words]);
+    Ok(rig)
 }
 
 /// The marked features as matches in rectified pixels.
@@ -152,7 +180,7 @@ pub(crate) struct PlainPhoto<'a> {
     image: &'a Rgb,
     camera: Option<(Pinhole, Similarity)>,
     patterned: Option<&'a Gray>,
-    dots: Vec<(usize, Vec2)>,
+    dots: Vec<TextureDot>,
 }
 
 impl PlainPhoto<'_> {
@@ -214,8 +242,9 @@ pub(super) fn place_dots(
         let (Some(m), Some(point)) = (matches.get(i), dots.points.get(i)) else { continue };
         let p = model_from_camera.apply(point);
         if let Some(vertex) = index.nearest(&[p.x, p.y, p.z]).map(|n| n.index) {
-            left.dots.push((vertex, views.left.to_photo(m.left)));
-            right.dots.push((vertex, views.right.to_photo(m.right)));
+            let dot = |pixel| TextureDot { vertex, point: p, pixel };
+            left.dots.push(dot(views.left.to_photo(m.left)));
+            right.dots.push(dot(views.right.to_photo(m.right)));
         }
     }
 }

@@ -12,6 +12,7 @@ mod bending;
 mod binning;
 mod descent;
 mod image;
+mod lone;
 mod normal;
 mod photometry;
 mod prior;
@@ -77,6 +78,9 @@ settings! {
         /// Points become holes where less than this share of the pictures' slopes is common to both
         /// (dark hair, deep shadow: noise only).
         min_agreement: f64 = 0.5, range 0.0..=1.0;
+        /// Dots that only one photo shows are placed in the other where the surface is measured to
+        /// this standard deviation; 0 leaves them out.
+        lone_sigma_px: f64 = 0.15, range 0.0..=10.0, unit "px";
         /// Points whose surface is turned further away from the cameras become holes.
         max_tilt_deg: f64 = 82.0, range 10.0..=89.0, unit "degrees";
     }

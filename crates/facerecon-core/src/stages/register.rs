@@ -5,7 +5,7 @@ mod quaternion;
 mod robust;
 mod start;
 
-use crate::data::{Cloud, Mesh, MeshError};
+use crate::data::{Cloud, CloudFrame, Mesh, MeshError};
 use crate::math::{Mat3, Similarity, Vec3, percentile};
 use crate::observer::Observer;
 use crate::settings::{SettingsError, Value};
@@ -56,7 +56,7 @@ crate::settings! {
 /// What is registered.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisterInput<'a> {
-    /// The measured points: camera frame, millimetres, when `metric`; else near the model's frame.
+    /// The measured points.
     pub data: &'a Cloud,
     /// The generic head, model frame.
     pub model: &'a Mesh,
@@ -64,8 +64,8 @@ pub struct RegisterInput<'a> {
     pub coarse: Option<&'a Mesh>,
     /// Marked features as `(measured, on the model)`.
     pub features: &'a [(Vec3, Vec3)],
-    /// Whether the points are millimetres in the camera frame (y down, z forward).
-    pub metric: bool,
+    /// Where the points lie. Millimetres are kept, other units scaled to the model's.
+    pub frame: CloudFrame,
 }
 
 /// Why the iteration stopped.

@@ -6,7 +6,7 @@ mod scanline_boundary;
 
 use crate::camera::Pinhole;
 use crate::data::{Gray, Mesh, MeshError, Raster, Rgb};
-use crate::math::{Similarity, Vec2};
+use crate::math::{Similarity, Vec2, Vec3};
 use crate::observer::{Artifact, Observer};
 
 use crate::settings::{SettingsError, Value};
@@ -85,8 +85,19 @@ pub struct TexturePhoto<'a> {
     /// The photo with the pattern from the same camera, where there is one: it shows where the head
     /// was when it was measured.
     pub patterned: Option<&'a Gray>,
-    /// Matched dots: vertex of the mesh, position in this photo in original pixels.
-    pub dots: &'a [(usize, Vec2)],
+    /// Matched dots.
+    pub dots: &'a [TextureDot],
+}
+
+/// A matched dot on the mesh and in a photo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureDot {
+    /// The nearest vertex of the mesh.
+    pub vertex: usize,
+    /// Where the dot was measured, in the mesh's frame.
+    pub point: Vec3,
+    /// Position in the photo, original pixels.
+    pub pixel: Vec2,
 }
 
 /// What the texture is made of.
@@ -237,9 +248,12 @@ fn check(input: &TextureInput<'_>) -> Result<(), TextureError> {
         if p.image.data().is_empty() {
             return Err(TextureError::EmptyPhoto { index: photo });
         }
-        let bad = |&(v, q): &(usize, Vec2)| v >= count || !q.iter().all(|c| c.is_finite());
+        let bad = |d: &TextureDot| {
+            let numbers = d.pixel.iter().chain(d.point.iter());
+            d.vertex >= count || !numbers.into_iter().all(|c| c.is_finite())
+        };
         if let Some(dot) = p.dots.iter().position(bad) {
-            return Err(TextureError::Dot { photo, dot, vertex: p.dots[dot].0, count });
+            return Err(TextureError::Dot { photo, dot, vertex: p.dots[dot].vertex, count });
         }
     }
     Ok(())

@@ -10,7 +10,7 @@ pub use depth_map::depth_maps;
 pub use model_units::model_units;
 
 use crate::camera::RectifiedRig;
-use crate::data::{Cloud, Match, Mesh};
+use crate::data::{Cloud, CloudFrame, Match, Mesh};
 use crate::math::Vec3;
 use crate::observer::{Artifact, Event, Observer};
 use crate::{choices, settings};
@@ -18,7 +18,7 @@ use crate::{choices, settings};
 choices! {
     /// How depth follows from disparity.
     pub enum TriangulateMethod {
-        /// By the rig where it is known, else relative to the generic face.
+        /// By the rig where it is known or was estimated, else relative to the generic face.
         Auto = "auto",
         /// By baseline and focal length (Eq. 2.2): millimetres, camera frame.
         Metric = "metric",
@@ -93,11 +93,10 @@ pub enum TriangulateError {
 /// Points in space, one for each match.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangulated {
-    /// Camera frame, millimetres, when `metric`; else the generic face's frame and units. In the
-    /// order of the matches.
+    /// One point a match, in their order.
     pub cloud: Cloud,
-    /// Whether lengths are true.
-    pub metric: bool,
+    /// Where they lie.
+    pub frame: CloudFrame,
 }
 
 /// Fewer points than this determine nothing.
@@ -127,21 +126,22 @@ pub fn triangulate(
     }
     let rig = match params.method {
         TriangulateMethod::Auto => rig,
-        TriangulateMethod::Metric => Some(rig.ok_or(TriangulateError::NoRig)?),
+        TriangulateMethod::Metric => Some(rig.filter(|r| r.metric).ok_or(TriangulateError::NoRig)?),
         TriangulateMethod::Thesis => None,
     };
-    let cloud = match rig {
-        Some(rig) => metric(matches, rig)?,
-        None => model_units(matches, template)?,
+    let (cloud, frame) = match rig {
+        Some(rig) if rig.metric => (by_rig(matches, rig)?, CloudFrame::Metric),
+        Some(rig) => (by_rig(matches, rig)?, CloudFrame::Camera),
+        None => (model_units(matches, template)?, CloudFrame::Model),
     };
     observer.event(&Event::Count { stage: "triangulate", what: "points", count: cloud.len() });
     observer.artifact("triangulate", "cloud", Artifact::Points(&cloud.points));
-    Ok(Triangulated { cloud, metric: rig.is_some() })
+    Ok(Triangulated { cloud, frame })
 }
 
 /// Eq. 2.2, with X and Y by the same similar triangles instead of Eq. 2.4 to 2.6, which are for an
 /// unknown rig.
-fn metric(matches: &[Match], rig: &RectifiedRig) -> Result<Cloud, TriangulateError> {
+fn by_rig(matches: &[Match], rig: &RectifiedRig) -> Result<Cloud, TriangulateError> {
     let mut cloud = Cloud::default();
     for (index, m) in matches.iter().enumerate() {
         let disparity_px = m.disparity();

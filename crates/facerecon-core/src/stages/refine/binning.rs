@@ -67,7 +67,8 @@ impl Binning {
 
 /// The matches with the surface's disparity where it was measured near theirs; else with their
 /// own (and the largest standard deviation that is no hole), unless the surface contradicts it by
-/// a large part of the pitch.
+/// a large part of the pitch. A match with no place in the lattice was only guessed from its
+/// neighbours: it must lie on the surface.
 pub(super) fn moved(
     matches: &[Match],
     samples: &[Sample],
@@ -87,6 +88,9 @@ pub(super) fn moved(
             continue;
         }
         let on_surface = sigma_px.is_finite() && away < 0.15 * pitch;
+        if !on_surface && m.lattice.is_none() {
+            continue;
+        }
         m.right.x = m.left.x - grid.bin * if on_surface { disparity } else { s.disparity };
         m.sigma_px = if on_surface { sigma_px } else { max_sigma_px };
         out.push(m);

@@ -20,8 +20,9 @@ pub fn register(
 ) -> Result<Registration, RegisterError> {
     // Eq. 2.5 gives points of unknown size the height of the whole head, of which the dots cover a
     // part: without a scale no turn could bring them to the face.
-    let params = &RegisterParams { scale: params.scale || !input.metric, ..params.clone() };
-    let inliers = start::on_the_head(&input.data.points, input.model, input.metric);
+    let params =
+        &RegisterParams { scale: params.scale || !input.frame.is_metric(), ..params.clone() };
+    let inliers = start::on_the_head(&input.data.points, input.model, input.frame);
     if inliers.len() < LEAST_POINTS {
         return Err(RegisterError::TooFewPoints { got: inliers.len(), needed: LEAST_POINTS });
     }

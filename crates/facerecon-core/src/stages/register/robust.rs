@@ -7,11 +7,12 @@
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 
-use crate::data::{Cloud, Mesh};
-use crate::math::{Mat3, PlanePair, Similarity, Vec3, fit_similarity, fit_to_planes, median};
+use crate::data::{Cloud, CloudFrame, Mesh};
+use crate::math::{PlanePair, Similarity, Vec3, fit_similarity, fit_to_planes, median};
 use crate::observer::{Event, Observer};
 use crate::spatial::SurfaceIndex;
 
+use super::start;
 use super::{RegisterError, RegisterInput, RegisterParams, Registration, Termination};
 
 crate::settings! {
@@ -44,17 +45,17 @@ pub(super) fn register(
     params: &RegisterParams,
     obs: &dyn Observer,
 ) -> Result<Registration, RegisterError> {
-    let (metric, own) = (input.metric, &params.robust);
+    let (frame, own) = (input.frame, &params.robust);
     let model = ModelSurface::new(input.model).ok_or(RegisterError::Degenerate)?;
     let samples = Sample::all(input.data);
-    let plain = plain_start(&samples, &model, metric);
+    let plain = plain_start(&samples, &model, frame);
     let sparse = spread(&samples, own.points.min(200));
     let medium = spread(&samples, own.points.min(400));
     let dense = spread(&samples, own.points);
     let features = if params.use_features { input.features } else { &[] };
 
     // Rounds: every start for a few steps on few points, the best for more on more.
-    let all = starts(&samples, plain, features, metric, own);
+    let all = starts(&samples, plain, features, frame, own);
     let few = best(round(&all, &sparse, &model, TRIAL), 6);
     if obs.cancelled() {
         return Err(RegisterError::Cancelled);
@@ -65,7 +66,7 @@ pub(super) fn register(
     // The size found on the way settles the pose of a head larger or smaller than the model; a
     // metric result then keeps its millimetres, and the deformation takes up the size.
     let mut ending = settle(start, &dense, &model, true, params, obs)?;
-    if metric && !params.scale {
+    if frame.is_metric() && !params.scale {
         let rigid = without_scale(&ending.pose, &dense);
         ending = settle(rigid, &dense, &model, false, params, obs)?;
     }
@@ -168,10 +169,8 @@ fn spread(samples: &[Sample], count: usize) -> Vec<Sample> {
 }
 
 /// The head looking straight at the camera, middle of the points on the middle of the model's front.
-fn plain_start(samples: &[Sample], model: &ModelSurface, metric: bool) -> Similarity {
-    // y down, z forward to y up, z toward the viewer
-    let turn =
-        if metric { Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0)) } else { Mat3::identity() };
+fn plain_start(samples: &[Sample], model: &ModelSurface, frame: CloudFrame) -> Similarity {
+    let turn = start::upright(frame).rotation;
     Similarity::rigid(turn, model.front - turn * middle(samples))
 }
 
@@ -186,13 +185,13 @@ fn starts(
     samples: &[Sample],
     plain: Similarity,
     features: &[(Vec3, Vec3)],
-    metric: bool,
+    frame: CloudFrame,
     params: &RobustParams,
 ) -> Vec<Similarity> {
     let centre = plain.apply(&middle(samples));
     let mut list = vec![plain];
     let (source, target): (Vec<Vec3>, Vec<Vec3>) = features.iter().copied().unzip();
-    list.extend(fit_similarity(&source, &target, &[], !metric));
+    list.extend(fit_similarity(&source, &target, &[], !frame.is_metric()));
     for yaw in [-1.0, -0.5, 0.0, 0.5, 1.0] {
         for pitch in [-1.0, 0.0, 1.0] {
             for rise in [-25.0, 15.0] {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::quaternion::fit_quaternion;
 use super::{RegisterError, RegisterInput, height, trimmed_rms};
-use crate::data::Mesh;
+use crate::data::{CloudFrame, Mesh};
 use crate::math::{Mat3, Similarity, Vec3, median, percentile};
 use crate::spatial::PointIndex;
 
@@ -16,19 +16,22 @@ const FINALISTS: usize = 6;
 const STEPS: usize = 8;
 
 /// Turns camera axes (y down, z forward) into model axes (y up, z toward the viewer).
-pub fn upright(metric: bool) -> Similarity {
-    let turn = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
-    Similarity::rigid(if metric { turn } else { Mat3::identity() }, Vec3::zeros())
+pub fn upright(frame: CloudFrame) -> Similarity {
+    let turn = match frame {
+        CloudFrame::Metric | CloudFrame::Camera => Vec3::new(1.0, -1.0, -1.0),
+        CloudFrame::Model => Vec3::repeat(1.0),
+    };
+    Similarity::rigid(Mat3::from_diagonal(&turn), Vec3::zeros())
 }
 
 /// The points no farther behind the front of the face than the head is deep: what the pattern drew
 /// on the wall does not belong to the head.
-pub fn on_the_head(points: &[Vec3], model: &Mesh, metric: bool) -> Vec<usize> {
+pub fn on_the_head(points: &[Vec3], model: &Mesh, frame: CloudFrame) -> Vec<usize> {
     let depth = model.bounds().map_or(0.0, |(low, high)| high.z - low.z);
-    let turned: Vec<f64> = points.iter().map(|p| upright(metric).apply(p).z).collect();
+    let turned: Vec<f64> = points.iter().map(|p| upright(frame).apply(p).z).collect();
     // A wall may hold more dots than the face: the front is where points begin to be dense.
     let front = percentile(&turned, 0.98).unwrap_or(0.0);
-    let limit = if metric { front - 1.1 * depth } else { f64::NEG_INFINITY };
+    let limit = if frame.is_metric() { front - 1.1 * depth } else { f64::NEG_INFINITY };
     (0..points.len()).filter(|&i| turned[i] >= limit).collect()
 }
 
@@ -72,7 +75,7 @@ pub fn from_shape(
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
     let stride = points.len().div_ceil(SAMPLE).max(1);
     let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
-    let starts = starts(model, &sample, upright(input.metric));
+    let starts = starts(model, &sample, upright(input.frame));
     let mut tried: Vec<(f64, usize)> =
         starts.par_iter().enumerate().map(|(i, s)| (score(&sample, s, &index), i)).collect();
     tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -50,7 +50,7 @@ fn the_returned_motion_brings_the_face_back_wherever_it_looked() {
             model: &model,
             coarse: Some(&coarse),
             features: &[],
-            metric: true,
+            frame: CloudFrame::Metric,
         };
         let params = RegisterParams { tolerance: 1e-6, ..RegisterParams::default() };
         let found = register(&input, &params, &()).unwrap();
@@ -77,7 +77,7 @@ fn marked_features_need_fewer_steps_and_survive_a_large_turn() {
         model: &template.mesh,
         coarse: None,
         features: &features,
-        metric: true,
+        frame: CloudFrame::Metric,
     };
     let found = register(&with, &RegisterParams::default(), &()).unwrap();
     assert!(found.from_features && error_mm(&found, &truth) < 0.1);
@@ -107,7 +107,7 @@ fn a_known_scale_is_found_from_features_when_asked() {
         model: &template.mesh,
         coarse: None,
         features: &features,
-        metric: true,
+        frame: CloudFrame::Metric,
     };
     let params = RegisterParams { scale: true, ..RegisterParams::default() };
     let found = register(&input, &params, &()).unwrap();
@@ -118,8 +118,13 @@ fn a_known_scale_is_found_from_features_when_asked() {
 fn what_cannot_be_a_face_is_refused_with_figures() {
     let model = head().mesh;
     let (data, truth) = seen((0.0, 0.0, 0.0), false);
-    let input =
-        RegisterInput { data: &data, model: &model, coarse: None, features: &[], metric: true };
+    let input = RegisterInput {
+        data: &data,
+        model: &model,
+        coarse: None,
+        features: &[],
+        frame: CloudFrame::Metric,
+    };
     let params = RegisterParams::default();
 
     let few = Cloud::from_points(data.points[..5].to_vec());

@@ -10,7 +10,6 @@ mod exposure;
 mod fill;
 mod motion;
 mod photo;
-mod resect;
 mod texels;
 
 use super::{Texture, TextureError, TextureInput, TextureParams};
@@ -53,13 +52,14 @@ pub(super) fn texture(
     let input = &TextureInput { photos: &kept, ..*input };
     let mut views = photo::views(input)?;
     let mut head_motion = None;
-    if own.motion && views.len() > 1 {
-        if let Some(found) = motion::between_photos(input, &views, own)? {
-            views.iter_mut().for_each(|v| v.follow(&found));
-            let message = found.in_words();
-            obs.event(&Event::Warning { stage: "texture", message: &message });
-            head_motion = Some(found);
-        }
+    if own.motion
+        && views.len() > 1
+        && let Some(found) = motion::between_photos(input, &views, own)?
+    {
+        views.iter_mut().for_each(|v| v.follow(&found));
+        let message = found.in_words();
+        obs.event(&Event::Warning { stage: "texture", message: &message });
+        head_motion = Some(found);
     }
     stop(obs)?;
     let mut photos = Vec::new();

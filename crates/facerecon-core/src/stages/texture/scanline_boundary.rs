@@ -1,6 +1,6 @@
 //! The region that is scanned, in a photo and on the texture map (thesis section 5.2).
 
-use super::{Boundary, TextureError};
+use super::{Boundary, TextureDot, TextureError};
 use crate::data::Mesh;
 use crate::math::{Vec2, mad};
 
@@ -17,7 +17,7 @@ pub struct Anchor {
 /// fit the others' common course are left out, since one wrong dot would be an extreme one.
 pub fn anchors(
     mesh: &Mesh,
-    dots: &[(usize, Vec2)],
+    dots: &[TextureDot],
     photo_size: (usize, usize),
     texture_size: usize,
 ) -> Vec<Anchor> {
@@ -25,10 +25,10 @@ pub fn anchors(
     let (w, h) = (photo_size.0 as f64 - 0.5, photo_size.1 as f64 - 0.5);
     let mut list: Vec<Anchor> = dots
         .iter()
-        .filter(|(_, p)| p.x > -0.5 && p.y > -0.5 && p.x < w && p.y < h)
-        .filter_map(|&(vertex, photo)| {
-            let [u, v] = uv[vertex]?;
-            Some(Anchor { photo, texel: to_texel([u, v], texture_size) })
+        .filter(|d| d.pixel.x > -0.5 && d.pixel.y > -0.5 && d.pixel.x < w && d.pixel.y < h)
+        .filter_map(|d| {
+            let [u, v] = uv[d.vertex]?;
+            Some(Anchor { photo: d.pixel, texel: to_texel([u, v], texture_size) })
         })
         .collect();
     for _ in 0..3 {

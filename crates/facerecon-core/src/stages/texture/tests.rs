@@ -23,11 +23,14 @@ fn half_cylinder() -> Mesh {
 }
 
 /// Seen straight from the front at 1.5 px a mm, shifted by `shift` px; an oval of it, as of a face.
-fn dots(mesh: &Mesh, shift: f64) -> Vec<(usize, Vec2)> {
+fn dots(mesh: &Mesh, shift: f64) -> Vec<TextureDot> {
     (0..mesh.vertices.len())
         .filter(|i| (i % 31).abs_diff(15).pow(2) + (i / 31).abs_diff(15).pow(2) <= 225)
         .map(|i| (i, mesh.vertices[i]))
-        .map(|(i, v)| (i, Vec2::new(150.0 + shift + 1.5 * v.x, 170.0 - 1.5 * v.y)))
+        .map(|(vertex, point)| {
+            let pixel = Vec2::new(150.0 + shift + 1.5 * point.x, 170.0 - 1.5 * point.y);
+            TextureDot { vertex, point, pixel }
+        })
         .collect()
 }
 
@@ -85,7 +88,7 @@ fn colours_land_at_the_texels_of_their_vertices() {
     let out = made(&params);
     let mesh = half_cylinder();
     let mut misses = Vec::new();
-    for (i, position) in dots(&mesh, 0.0) {
+    for TextureDot { vertex: i, pixel: position, .. } in dots(&mesh, 0.0) {
         let [u, v] = mesh.uvs[i];
         let (x, y) = ((u * 512.0) as usize, ((1.0 - v) * 512.0) as usize);
         if out.coverage.at(x, y) == FILLED {
@@ -126,9 +129,9 @@ fn one_wrong_dot_does_not_move_the_boundary() {
     let left = photo(0, 50);
     let good = dots(&mesh, 0.0);
     let mut spoiled = good.clone();
-    spoiled[300].1 = Vec2::new(325.0, 5.0);
+    spoiled[300].pixel = Vec2::new(325.0, 5.0);
     let params = TextureParams { size: 256, source: Source::Left, ..TextureParams::default() };
-    let make = |dots: &[(usize, Vec2)]| {
+    let make = |dots: &[TextureDot]| {
         let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots }];
         let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
         texture(&input, &params, &()).unwrap()
@@ -143,7 +146,7 @@ fn what_is_missing_is_named() {
     let mesh = half_cylinder();
     let left = photo(0, 50);
     let all = dots(&mesh, 0.0);
-    let refuse = |mesh: &Mesh, dots: &[(usize, Vec2)], source: Source| {
+    let refuse = |mesh: &Mesh, dots: &[TextureDot], source: Source| {
         let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots }];
         let input = TextureInput { mesh, photos: &photos, template_texture: None };
         let params = TextureParams { size: 64, source, ..TextureParams::default() };
@@ -158,7 +161,7 @@ fn what_is_missing_is_named() {
     let mut flat = mesh.clone();
     flat.uvs.iter_mut().for_each(|uv| *uv = [0.5, 0.5]);
     assert!(matches!(refuse(&flat, &all, Source::Left), TextureError::Boundary { .. }));
-    let error = refuse(&mesh, &[(99_999, Vec2::zeros())], Source::Left);
+    let error = refuse(&mesh, &[TextureDot { vertex: 99_999, ..all[0] }], Source::Left);
     assert!(matches!(error, TextureError::Dot { vertex: 99_999, .. }));
     let photos = [TexturePhoto { image: &left, camera: None, patterned: None, dots: &all }];
     let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };

@@ -20,6 +20,7 @@ fn rig() -> RectifiedRig {
         principal_left: Vec2::new(300.0, 280.0),
         principal_right: Vec2::new(420.0, 280.0),
         camera_from_rectified: Mat3::identity(),
+        metric: true,
     }
 }
 
@@ -53,7 +54,7 @@ fn a_known_rig_gives_millimetres_by_eq_2_2() {
         })
         .collect();
     let out = triangulate(&matches, Some(&rig), &template(), &params, &()).unwrap();
-    assert!(out.metric);
+    assert_eq!(out.frame, CloudFrame::Metric);
     for (found, expected) in out.cloud.points.iter().zip(&truth) {
         assert!((found - expected).norm() < 1e-9);
     }

@@ -1,7 +1,7 @@
 use nalgebra::Rotation3;
 
 use super::super::{RegisterError, RegisterInput, RegisterMethod, RegisterParams, register};
-use crate::data::{Cloud, Mesh};
+use crate::data::{Cloud, CloudFrame, Mesh};
 use crate::math::{Mat3, Similarity, Vec3};
 
 fn robust() -> RegisterParams {
@@ -39,8 +39,13 @@ fn turned_heads_are_found_without_landmarks_and_keep_their_millimetres() {
     for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (38.0, 5.0, -8.0), (-35.0, -15.0, 10.0)] {
         let truth = pose(yaw, pitch, roll);
         let data = measured(&model, &truth, 20);
-        let input =
-            RegisterInput { data: &data, model: &model, coarse: None, features: &[], metric: true };
+        let input = RegisterInput {
+            data: &data,
+            model: &model,
+            coarse: None,
+            features: &[],
+            frame: CloudFrame::Metric,
+        };
         let found = register(&input, &robust(), &()).unwrap();
         assert_eq!(found.model_from_data.scale, 1.0);
         let error = found.model_from_data.compose(&truth);
@@ -66,8 +71,13 @@ fn without_a_rig_the_scale_is_found_too() {
         translation: Vec3::new(5.0, 9.0, 1100.0),
     };
     data = data.transformed(&other);
-    let input =
-        RegisterInput { data: &data, model: &model, coarse: None, features: &[], metric: false };
+    let input = RegisterInput {
+        data: &data,
+        model: &model,
+        coarse: None,
+        features: &[],
+        frame: CloudFrame::Model,
+    };
     let found = register(&input, &robust(), &()).unwrap();
     assert!((found.model_from_data.scale * 0.9 - 1.0).abs() < 0.01);
 }
@@ -83,8 +93,13 @@ fn what_is_no_head_is_refused() {
         })
         .collect();
     let data = Cloud::from_points(points);
-    let input =
-        RegisterInput { data: &data, model: &model, coarse: None, features: &[], metric: true };
+    let input = RegisterInput {
+        data: &data,
+        model: &model,
+        coarse: None,
+        features: &[],
+        frame: CloudFrame::Metric,
+    };
     let error = register(&input, &robust(), &()).unwrap_err();
     assert!(matches!(error, RegisterError::NotTheHead { .. }), "{error}");
     let few = Cloud::from_points(data.points[..8].to_vec());

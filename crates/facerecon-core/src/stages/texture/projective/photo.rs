@@ -2,8 +2,7 @@
 
 use super::super::{TextureError, TextureInput, TexturePhoto};
 use super::motion::HeadMotion;
-use super::resect::{Projection, resect};
-use crate::camera::Pinhole;
+use crate::camera::{Pinhole, Projection, resect};
 use crate::data::{Mesh, Raster, Rgb};
 use crate::math::{Mat3, Vec2, Vec3};
 use crate::observer::{Event, Observer};
@@ -56,8 +55,8 @@ pub(super) fn views(input: &TextureInput<'_>) -> Result<Vec<Sight>, TextureError
             let (matrix, shift) = (pose.rotation * pose.scale, pose.translation);
             return Ok(Sight { camera, matrix, shift });
         }
-        let points: Vec<Vec3> = given.dots.iter().map(|d| input.mesh.vertices[d.0]).collect();
-        let pixels: Vec<Vec2> = given.dots.iter().map(|d| d.1).collect();
+        let points: Vec<Vec3> = given.dots.iter().map(|d| d.point).collect();
+        let pixels: Vec<Vec2> = given.dots.iter().map(|d| d.pixel).collect();
         let limit = 1.5;
         match resect(&points, &pixels) {
             Some((Projection { matrix, shift }, rms)) if rms <= limit => {

@@ -4,8 +4,8 @@ use super::super::{
     FILLED, SEEN_LEFT, SEEN_RIGHT, Texture, TextureError, TextureInput, TextureMethod,
     TextureParams, TexturePhoto, texture,
 };
-use super::resect::resect;
 use crate::camera::Pinhole;
+use crate::camera::resect;
 use crate::data::{Gray, Mesh, Rgb};
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 use crate::render::{NO_FACE, rasterize};

@@ -1,4 +1,4 @@
-//! The projection of a photo without calibration, from dots and their vertices.
+//! Resection: the projection of a picture from points seen in it.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -6,13 +6,16 @@ use crate::math::{Mat3, Vec2, Vec3, median};
 
 /// A general projection: `pixel ~ matrix * point + shift`, depth in the unit of the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Projection {
+pub struct Projection {
+    /// Homogeneous pixel per unit of the point.
     pub matrix: Mat3,
+    /// Homogeneous pixel of the origin.
     pub shift: Vec3,
 }
 
 impl Projection {
-    fn pixel(&self, point: &Vec3) -> Option<Vec2> {
+    /// Pixel of a point; `None` behind the picture.
+    pub fn pixel(&self, point: &Vec3) -> Option<Vec2> {
         let q = self.matrix * point + self.shift;
         (q.z > 1e-9).then(|| Vec2::new(q.x / q.z, q.y / q.z))
     }
@@ -21,7 +24,7 @@ impl Projection {
 /// Direct linear transform (Hartley and Zisserman 2004, section 7.1) on normalised points, with
 /// weights that forget wrong pairs. Returns the projection and its robust RMS error in pixels;
 /// `None` when the points do not determine one.
-pub(super) fn resect(points: &[Vec3], pixels: &[Vec2]) -> Option<(Projection, f64)> {
+pub fn resect(points: &[Vec3], pixels: &[Vec2]) -> Option<(Projection, f64)> {
     if points.len() < 12 || points.len() != pixels.len() {
         return None;
     }
