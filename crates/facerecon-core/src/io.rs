@@ -24,7 +24,7 @@ pub use capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture, read_capture_with, write_capture,
 };
 pub use error::{Fault, IoError};
-pub use image::{encode_png, read_photo, read_rgb, write_png};
+pub use image::{encode_jpeg, encode_png, read_photo, read_rgb, write_png};
 pub use mesh::{LoadedMesh, MeshFormat, read_mesh, write_mesh};
 pub(crate) use source::nearest_name;
 pub use source::read_text;

@@ -17,7 +17,7 @@ pub use font::{GLYPH_HEIGHT, draw_text, text_width};
 pub use heat::{Heat, heat_color, nice_ceiling};
 pub use light::{encode_srgb, linear_from_srgb, sample_texture, srgb_from_linear};
 pub use occlusion::ambient_openness;
-pub use picture::{Mode, Scene, photograph, picture};
+pub use picture::{Mode, Scene, Studio, photograph, picture};
 pub use sheet::{contact_sheet, tile};
 pub use view::{Frame, View};
 pub use zbuffer::{Buffers, NO_FACE, rasterize, supersampled};

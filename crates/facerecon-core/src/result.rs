@@ -112,6 +112,25 @@ pub fn write(
     frame: Frame,
     keep_stages: bool,
 ) -> Result<(), Error> {
+    let html = || {
+        let html = report::html(capture, result, record);
+        io::atomic::write(&folder.join("report.html"), html.as_bytes())
+    };
+    let files = || write_files(folder, result, frame);
+    let (html, files) = rayon::join(html, files);
+    files.and(html.map_err(Error::from))?;
+    if keep_stages {
+        record.write(&folder.join("stages"))?;
+    }
+    let text = serde_json::to_string_pretty(&result.to_json())
+        .map_err(|e| Error::Input(format!("result.json: {e}")))?;
+    // last, so that its presence says that the result is complete
+    io::atomic::write(&folder.join("result.json"), format!("{text}\n").as_bytes())?;
+    Ok(())
+}
+
+/// The mesh, the points and the pictures.
+fn write_files(folder: &Path, result: &Reconstruction, frame: Frame) -> Result<(), Error> {
     let mesh = result.mesh_in(frame);
     let png = match &result.texture {
         Some(texture) => Some(io::encode_png(&texture.image).map_err(|f| f.in_file(folder))?),
@@ -140,15 +159,6 @@ pub fn write(
             &report::marks::coverage(&texture.coverage),
         )?;
     }
-    if keep_stages {
-        record.write(&folder.join("stages"))?;
-    }
-    let html = report::html(capture, result, record);
-    io::atomic::write(&folder.join("report.html"), html.as_bytes())?;
-    let text = serde_json::to_string_pretty(&result.to_json())
-        .map_err(|e| Error::Input(format!("result.json: {e}")))?;
-    // last, so that its presence says that the result is complete
-    io::atomic::write(&folder.join("result.json"), format!("{text}\n").as_bytes())?;
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use ::image::codecs::jpeg::JpegEncoder;
 use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use ::image::metadata::Orientation;
 use ::image::{
@@ -194,7 +195,25 @@ pub fn encode_png(picture: &impl PngPicture) -> Result<Vec<u8>, Fault> {
     let (w, h) = (u32::try_from(width), u32::try_from(height));
     let (Ok(w @ 1..), Ok(h @ 1..)) = (w, h) else { return Err(fail()) };
     let mut out = Vec::new();
-    PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Adaptive)
+    // Adaptive filtering takes twice the time and gains nothing on photographs.
+    PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Paeth)
+        .write_image(&samples, w, h, kind)
+        .map_err(|_| fail())?;
+    Ok(out)
+}
+
+/// The bytes of a JPEG file: a photograph to look at, a fraction of its size as PNG.
+///
+/// # Errors
+/// [`Fault`] for a picture without pixels, or too large for JPEG.
+pub fn encode_jpeg(picture: &Rgb, quality: u8) -> Result<Vec<u8>, Fault> {
+    let (width, height, samples, kind) = picture.samples();
+    let fail = || Fault::new(format!("a picture of {width}x{height} pixels cannot be a JPEG"));
+    let (Ok(w @ 1..), Ok(h @ 1..)) = (u32::try_from(width), u32::try_from(height)) else {
+        return Err(fail());
+    };
+    let mut out = Vec::new();
+    JpegEncoder::new_with_quality(&mut out, quality)
         .write_image(&samples, w, h, kind)
         .map_err(|_| fail())?;
     Ok(out)

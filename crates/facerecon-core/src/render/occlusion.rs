@@ -27,15 +27,15 @@ pub fn ambient_openness(mesh: &Mesh) -> Result<Vec<f64>, RenderError> {
     let focal = 0.98 * (SIDE as f64 / 2.0) * (FAR * FAR - 1.0).sqrt();
     let camera = Pinhole::ideal(focal, Vec2::repeat((SIDE as f64 - 1.0) / 2.0));
     let bias = radius * 0.012;
+    let directions: Vec<Vec3> = (0..DIRECTIONS).map(sphere_direction).collect();
 
-    let seen: Vec<Vec<f32>> = (0..DIRECTIONS)
-        .into_par_iter()
-        .map(|k| {
-            let direction = sphere_direction(k);
-            let camera_from_mesh = looking_along(&-direction, &centre, radius * FAR);
+    let seen: Vec<Vec<f32>> = directions
+        .par_iter()
+        .map(|direction| {
+            let camera_from_mesh = looking_along(&-*direction, &centre, radius * FAR);
             let buffers = rasterize(mesh, &camera, &camera_from_mesh, (SIDE, SIDE))?;
             let weights = mesh.vertices.iter().zip(&normals).map(|(vertex, normal)| {
-                let cosine = normal.dot(&direction);
+                let cosine = normal.dot(direction);
                 if cosine <= 0.0 {
                     return 0.0;
                 }
@@ -52,11 +52,10 @@ pub fn ambient_openness(mesh: &Mesh) -> Result<Vec<f64>, RenderError> {
         .collect::<Result<_, RenderError>>()?;
 
     let open: Vec<f64> = normals
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(vertex, normal)| {
-            let whole: f64 =
-                (0..DIRECTIONS).map(|k| normal.dot(&sphere_direction(k)).max(0.0)).sum();
+            let whole: f64 = directions.iter().map(|d| normal.dot(d).max(0.0)).sum();
             let free: f64 = seen.iter().map(|s| f64::from(s[vertex])).sum();
             if whole > 0.0 { (free / whole).min(1.0) } else { 1.0 }
         })

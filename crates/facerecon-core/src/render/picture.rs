@@ -68,8 +68,9 @@ pub fn picture(
     Studio::new(scene, mode)?.picture(view, None, size)
 }
 
-/// A scene made ready to be drawn from several views.
-pub(super) struct Studio<'a> {
+/// A scene made ready to be drawn from several views: what lies open to the sky is found once.
+#[derive(Debug)]
+pub struct Studio<'a> {
     scene: Scene<'a>,
     mode: Mode,
     normals: Vec<Vec3>,
@@ -80,7 +81,11 @@ pub(super) struct Studio<'a> {
 }
 
 impl<'a> Studio<'a> {
-    pub(super) fn new(scene: &Scene<'a>, mode: Mode) -> Result<Self, RenderError> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    /// [`RenderError`] for an invalid mesh, or a heat map without values.
+    pub fn new(scene: &Scene<'a>, mode: Mode) -> Result<Self, RenderError> {
         scene.mesh.validate()?;
         let expected = scene.mesh.vertices.len();
         let got = scene.heat.map_or(0, |h| h.values.len());
@@ -101,7 +106,12 @@ impl<'a> Studio<'a> {
         Framing::new(self.scene.mesh, view, self.scene.frame).focal_px(size)
     }
 
-    pub(super) fn picture(
+    /// Draws a named view into a picture of `size` = (width, height); without `focal_px` the mesh
+    /// fills it.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`].
+    pub fn picture(
         &self,
         view: View,
         focal_px: Option<f64>,

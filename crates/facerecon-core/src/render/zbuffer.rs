@@ -117,16 +117,14 @@ fn screen_triangles(
             let points = corners.map(|i| vertices[i as usize]);
             let seen = corners.map(|i| pixels[i as usize]);
             let behind = points.iter().filter(|p| p.z < near).count();
-            let pieces: Vec<Screen> = match (seen, behind) {
+            let (whole, pieces) = match (seen, behind) {
                 ([Some(a), Some(b), Some(c)], 0) => {
-                    place(face, [a, b, c], points.map(|p| 1.0 / p.z), None, size)
-                        .into_iter()
-                        .collect()
+                    (place(face, [a, b, c], points.map(|p| 1.0 / p.z), None, size), Vec::new())
                 }
-                (_, 1 | 2) => clipped(face, &points, near, camera, size),
-                _ => Vec::new(),
+                (_, 1 | 2) => (None, clipped(face, &points, near, camera, size)),
+                _ => (None, Vec::new()),
             };
-            pieces
+            whole.into_iter().chain(pieces)
         })
         .collect()
 }
@@ -202,7 +200,9 @@ fn place(
     }
     let first = low.y.max(0.0).ceil() as usize;
     let last = high.y.min((height - 1) as f64).floor() as usize;
-    (first <= last).then_some(Screen { face, corner, inverse_depth, weights, rows: (first, last) })
+    // small faces often hold no pixel centre, with more slack than the inside test has
+    let column = (low.x - 1e-6).ceil() <= high.x + 1e-6;
+    (first <= last && column).then_some(Screen { face, corner, inverse_depth, weights, rows: (first, last) })
 }
 
 fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {

@@ -2,14 +2,15 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use rayon::prelude::*;
 
 use super::{marks, plots, words};
-use crate::data::{Capture, Mesh, Rgb};
+use crate::data::{Capture, Mesh, Photo, Rgb};
 use crate::io;
 use crate::math::percentile;
 use crate::pipeline::Reconstruction;
 use crate::record::{Kept, Record};
-use crate::render::{Mode, Scene, View, picture};
+use crate::render::{Mode, Scene, Studio, View};
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1180px;padding:0 1rem;color:#1c2733}\
 h1{font-size:1.6rem}h2{font-size:1.15rem;margin-top:2.2rem;border-bottom:1px solid #d8dee4;padding-bottom:.2rem}\
@@ -31,60 +32,59 @@ pub fn html(capture: &Capture, result: &Reconstruction, record: &Record) -> Stri
     for warning in &result.warnings {
         page.push_str(&format!("<div class=\"warning\">{}</div>\n", escape(warning)));
     }
-    face(&mut page, result);
+    let cast = Studio::new(&Scene::new(&result.mesh), Mode::Shaded).ok();
+    face(&mut page, result, cast.as_ref());
     photos(&mut page, capture, result);
     depth(&mut page, result);
-    stages(&mut page, record);
+    stages(&mut page, result, record, cast.as_ref());
     convergence(&mut page, result, record);
     table(&mut page, result);
     page.push_str("</html>\n");
     page
 }
 
-fn face(page: &mut String, result: &Reconstruction) {
-    page.push_str("<h2>The face</h2>\n<div class=\"third\">");
+fn face(page: &mut String, result: &Reconstruction, cast: Option<&Studio<'_>>) {
+    page.push_str("<h2>The face</h2>\n");
     let texture = result.texture.as_ref().map(|t| &t.image);
+    let scene = Scene { texture, ..Scene::new(&result.mesh) };
+    let textured = texture.and_then(|_| Studio::new(&scene, Mode::Textured).ok());
+    let mut pictures = Vec::new();
     for (view, name) in
         [(View::Front, "front"), (View::ThreeQuarter, "three-quarter"), (View::Profile, "profile")]
     {
-        if let Some(texture) = texture {
-            let image = drawn(&result.mesh, Some(texture), view, Mode::Textured);
-            figure(page, &image, &format!("{name}, textured"));
+        if texture.is_some() {
+            pictures.push((drawn(textured.as_ref(), view), format!("{name}, textured")));
         }
-        let image = drawn(&result.mesh, None, view, Mode::Shaded);
-        figure(page, &image, &format!("{name}, shaded"));
+        pictures.push((drawn(cast, view), format!("{name}, shaded")));
     }
-    page.push_str("</div>\n");
+    figures(page, "third", &pictures);
     if let Some(texture) = texture {
-        page.push_str("<div class=\"third\">");
-        figure(page, &shrunk(texture, 512), "the texture");
-        page.push_str("</div>\n");
+        figures(page, "third", &[(shrunk(texture, 512), "the texture".to_owned())]);
     }
 }
 
 fn photos(page: &mut String, capture: &Capture, result: &Reconstruction) {
-    page.push_str("<h2>Photographs and matches</h2>\n<div class=\"half\">");
+    page.push_str("<h2>Photographs and matches</h2>\n");
     let disparities: Vec<f64> = result.matches.iter().map(|m| m.disparity()).collect();
     let low = percentile(&disparities, 0.02).unwrap_or(0.0);
     let high = percentile(&disparities, 0.98).unwrap_or(1.0);
     let colors: Vec<_> = disparities.iter().map(|d| marks::ramp(*d, low, high)).collect();
     let views = &result.rectification;
-    let sides = [(&capture.left, true), (&capture.right, false)];
-    for (photo, left) in sides {
-        let mut image = photo.rgb.clone();
+    let picture = |(photo, left): (&Photo, bool)| {
+        let mut image = shrunk(&photo.rgb, WIDEST);
+        let scale = 1.0 / factor(photo.rgb.width(), WIDEST) as f64;
         let places = result.matches.iter().map(|m| {
-            if left { views.left.to_photo(m.left) } else { views.right.to_photo(m.right) }
+            let place =
+                if left { views.left.to_photo(m.left) } else { views.right.to_photo(m.right) };
+            // pixel centres are at integers, so the picture's corner is at -0.5
+            place.map(|c| (c + 0.5) * scale - 0.5)
         });
         marks::crosses(&mut image, places.zip(colors.iter().copied()));
         let side = if left { "left" } else { "right" };
         let dots = result.dots[usize::from(!left)];
-        figure(
-            page,
-            &image,
-            &format!("{side}: {dots} dots; crosses are matches, red nearer, blue farther"),
-        );
-    }
-    page.push_str("</div>\n");
+        (image, format!("{side}: {dots} dots; crosses are matches, red nearer, blue farther"))
+    };
+    figures(page, "half", &[(&capture.left, true), (&capture.right, false)].map(picture));
     page.push_str(&plots::histogram("Disparity", "disparity, px", &disparities, 40));
     let sigmas: Vec<f64> = result.matches.iter().map(|m| m.sigma_px).filter(|s| *s > 0.0).collect();
     page.push_str(&plots::histogram(
@@ -96,49 +96,48 @@ fn photos(page: &mut String, capture: &Capture, result: &Reconstruction) {
 }
 
 fn depth(page: &mut String, result: &Reconstruction) {
-    page.push_str("<h2>Depth</h2>\n<div class=\"half\">");
-    for (image, side) in result.depth.iter().zip(["left", "right"]) {
-        figure(
-            page,
-            &marks::colored(image),
-            &format!("{side}: lighter is nearer (thesis Fig. 2.5)"),
-        );
-    }
-    page.push_str("</div>\n");
+    page.push_str("<h2>Depth</h2>\n");
+    let [left, right] = [0, 1].map(|k| shrunk(&marks::colored(&result.depth[k]), WIDEST));
+    let caption = |side: &str| format!("{side}: lighter is nearer (thesis Fig. 2.5)");
+    figures(page, "half", &[(left, caption("left")), (right, caption("right"))]);
     if let Some(texture) = &result.texture {
-        page.push_str("<div class=\"third\">");
-        let coverage = marks::coverage(&texture.coverage);
-        figure(
-            page,
-            &shrunk(&coverage, 512),
-            "coverage of the texture: red from the left photo, green from the right, yellow from both, blue from others, grey filled",
-        );
-        page.push_str("</div>\n");
+        let caption = "coverage of the texture: red from the left photo, green from the right, \
+                       yellow from both, blue from others, grey filled";
+        let coverage = shrunk(&marks::coverage(&texture.coverage), 512);
+        figures(page, "third", &[(coverage, caption.to_owned())]);
     }
 }
 
-fn stages(page: &mut String, record: &Record) {
-    let images: Vec<_> = record
+fn stages(
+    page: &mut String,
+    result: &Reconstruction,
+    record: &Record,
+    cast: Option<&Studio<'_>>,
+) {
+    let cast_of = |mesh: &Mesh| {
+        if *mesh == result.mesh {
+            return drawn(cast, View::ThreeQuarter);
+        }
+        let own = Studio::new(&Scene::new(mesh), Mode::Shaded).ok();
+        drawn(own.as_ref(), View::ThreeQuarter)
+    };
+    let picture = |kept: &Kept| match kept {
+        Kept::Gray(image) => Some(shrunk(&marks::colored(image), WIDEST)),
+        Kept::Rgb(image) => Some(shrunk(image, WIDEST)),
+        Kept::Mesh(mesh) => Some(cast_of(mesh)),
+        Kept::Points(_) => None,
+    };
+    let pictures: Vec<_> = record
         .artifacts
         .iter()
-        .filter_map(|(stage, name, kept)| match kept {
-            Kept::Gray(image) => Some((format!("{stage}: {name}"), marks::colored(image))),
-            Kept::Rgb(image) => Some((format!("{stage}: {name}"), image.clone())),
-            Kept::Mesh(mesh) => Some((
-                format!("{stage}: {name}"),
-                drawn(mesh, None, View::ThreeQuarter, Mode::Shaded),
-            )),
-            Kept::Points(_) => None,
+        .filter_map(|(stage, name, kept)| {
+            Some((picture(kept)?, format!("{stage}: {name}").replace('_', " ")))
         })
         .collect();
-    if images.is_empty() {
-        return;
+    if !pictures.is_empty() {
+        page.push_str("<h2>Stage by stage</h2>\n");
+        figures(page, "third", &pictures);
     }
-    page.push_str("<h2>Stage by stage</h2>\n<div class=\"third\">");
-    for (caption, image) in &images {
-        figure(page, image, &caption.replace('_', " "));
-    }
-    page.push_str("</div>\n");
 }
 
 fn convergence(page: &mut String, result: &Reconstruction, record: &Record) {
@@ -161,26 +160,49 @@ fn table(page: &mut String, result: &Reconstruction) {
     page.push_str(&format!("<p>facerecon {}</p>\n", env!("CARGO_PKG_VERSION")));
 }
 
-fn figure(page: &mut String, image: &Rgb, caption: &str) {
-    let Ok(png) = io::image::encode_png(image) else { return };
-    page.push_str(&format!(
-        "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
-        escape(caption),
-        STANDARD.encode(png)
-    ));
+/// Pictures with their captions, side by side in a block of a class.
+fn figures(page: &mut String, class: &str, pictures: &[(Rgb, String)]) {
+    let coded: Vec<_> = pictures.par_iter().map(|(image, _)| embedded(image)).collect();
+    page.push_str(&format!("<div class=\"{class}\">"));
+    for ((_, caption), source) in pictures.iter().zip(coded) {
+        let Some(source) = source else { continue };
+        page.push_str(&format!(
+            "<figure><img alt=\"{0}\" src=\"{source}\"><figcaption>{0}</figcaption></figure>",
+            escape(caption),
+        ));
+    }
+    page.push_str("</div>\n");
+}
+
+/// A picture as an address that holds it: as PNG, or where that takes more than a byte a pixel, as
+/// photographs do, as JPEG.
+fn embedded(image: &Rgb) -> Option<String> {
+    let png = io::encode_png(image).ok()?;
+    let (kind, bytes) = if png.len() > image.data().len() {
+        ("jpeg", io::encode_jpeg(image, 90).ok()?)
+    } else {
+        ("png", png)
+    };
+    Some(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes)))
 }
 
 /// A view of a mesh; a mesh that cannot be drawn leaves a plain tile.
-fn drawn(mesh: &Mesh, texture: Option<&Rgb>, view: View, mode: Mode) -> Rgb {
+fn drawn(studio: Option<&Studio<'_>>, view: View) -> Rgb {
     const SIDE: usize = 420;
-    let scene = Scene { texture, ..Scene::new(mesh) };
-    picture(&scene, view, mode, (SIDE, SIDE))
-        .unwrap_or_else(|_| Rgb::filled(SIDE, SIDE, [230, 230, 230]))
+    studio
+        .and_then(|s| s.picture(view, None, (SIDE, SIDE)).ok())
+        .unwrap_or_else(|| Rgb::filled(SIDE, SIDE, [230, 230, 230]))
 }
+
+/// Photographs are shown no wider than this, pixels.
+const WIDEST: usize = 1024;
 
 /// A picture at most `side` wide, by averaging whole blocks.
 fn shrunk(image: &Rgb, side: usize) -> Rgb {
-    let k = image.width().div_ceil(side).max(1);
+    let k = factor(image.width(), side);
+    if k == 1 {
+        return image.clone();
+    }
     Rgb::from_fn(image.width() / k, image.height() / k, |x, y| {
         let mut sum = [0u32; 3];
         for dy in 0..k {
@@ -191,6 +213,11 @@ fn shrunk(image: &Rgb, side: usize) -> Rgb {
         }
         sum.map(|s| (s / (k * k) as u32) as u8)
     })
+}
+
+/// Pixels that become one where a picture is to be at most `side` wide.
+fn factor(width: usize, side: usize) -> usize {
+    width.div_ceil(side).max(1)
 }
 
 fn escape(text: &str) -> String {
