@@ -1,5 +1,7 @@
 //! Images as row-major arrays. Pixel centres lie at integer coordinates, (0, 0) the top-left one.
 
+use rayon::prelude::*;
+
 /// A `height` x `width` array in row-major order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster<T> {
@@ -28,6 +30,19 @@ impl<T: Copy> Raster<T> {
     pub fn from_fn(width: usize, height: usize, mut value: impl FnMut(usize, usize) -> T) -> Self {
         let data = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         Self { width, height, data: data.map(|(x, y)| value(x, y)).collect() }
+    }
+
+    /// As [`Raster::from_fn`], the work shared among the threads.
+    pub fn par_from_fn(
+        width: usize,
+        height: usize,
+        value: impl Fn(usize, usize) -> T + Sync + Send,
+    ) -> Self
+    where
+        T: Send,
+    {
+        let pixels = (0..width * height).into_par_iter();
+        Self { width, height, data: pixels.map(|i| value(i % width, i / width)).collect() }
     }
 
     /// Columns.

@@ -202,7 +202,13 @@ fn place(
     let last = high.y.min((height - 1) as f64).floor() as usize;
     // small faces often hold no pixel centre, with more slack than the inside test has
     let column = (low.x - 1e-6).ceil() <= high.x + 1e-6;
-    (first <= last && column).then_some(Screen { face, corner, inverse_depth, weights, rows: (first, last) })
+    (first <= last && column).then_some(Screen {
+        face,
+        corner,
+        inverse_depth,
+        weights,
+        rows: (first, last),
+    })
 }
 
 fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {

@@ -108,12 +108,7 @@ fn depth(page: &mut String, result: &Reconstruction) {
     }
 }
 
-fn stages(
-    page: &mut String,
-    result: &Reconstruction,
-    record: &Record,
-    cast: Option<&Studio<'_>>,
-) {
+fn stages(page: &mut String, result: &Reconstruction, record: &Record, cast: Option<&Studio<'_>>) {
     let cast_of = |mesh: &Mesh| {
         if *mesh == result.mesh {
             return drawn(cast, View::ThreeQuarter);

@@ -12,6 +12,8 @@ mod motion;
 mod photo;
 mod texels;
 
+use rayon::prelude::*;
+
 use super::{Texture, TextureError, TextureInput, TextureParams};
 use crate::observer::{Event, Observer};
 
@@ -62,10 +64,11 @@ pub(super) fn texture(
         head_motion = Some(found);
     }
     stop(obs)?;
-    let mut photos = Vec::new();
-    for (view, given) in views.iter().zip(input.photos) {
-        photos.push(Photo::new(input.mesh, view, given.image, own.edge_px)?);
-    }
+    let mut photos = views
+        .par_iter()
+        .zip(input.photos)
+        .map(|(view, given)| Photo::new(input.mesh, view, given.image, own.edge_px))
+        .collect::<Result<Vec<_>, _>>()?;
     stop(obs)?;
     // Weights and everything smooth are worked out on a grid four times as coarse.
     let coarse = Texels::new(input.mesh, (params.size / 4).max(16))?;
@@ -74,7 +77,7 @@ pub(super) fn texture(
         exposure::equalise(&coarse, &mut photos, &weights);
     }
     stop(obs)?;
-    let bands: Vec<_> = photos.iter().map(bands::Bands::new).collect();
+    let bands: Vec<_> = photos.par_iter().map(bands::Bands::new).collect();
     let blending = blend::Blending::new(&coarse, &photos, &bands, &weights);
     let surroundings = fill::push_pull(&coarse, &blending);
     stop(obs)?;

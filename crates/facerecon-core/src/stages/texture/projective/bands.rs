@@ -16,12 +16,12 @@ pub(super) struct Bands {
 }
 
 impl Bands {
-    pub fn new(photo: &Photo) -> Self {
+    pub fn new(photo: &Photo<'_>) -> Self {
         let base = encode(photo);
         let (w, h) = base.size();
         let inside =
             |x: usize, y: usize| photo.shows_head(x, y) && photo.sight.edge_px.at(x, y) > 1.0;
-        let mut current = Raster::from_fn(w, h, |x, y| {
+        let mut current = Raster::par_from_fn(w, h, |x, y| {
             let c = base.at(x, y);
             if inside(x, y) { [c[0], c[1], c[2], 1.0] } else { [0.0; 4] }
         });
@@ -47,9 +47,8 @@ impl Bands {
 
 /// Two box blurs in each direction, close to a Gaussian of sigma `radius * 0.82`.
 pub(super) fn blur<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[f32; N]> {
-    let once = |image: Raster<[f32; N]>| transposed(&box_rows(&image, radius));
-    let twice = |image: Raster<[f32; N]>| once(once(image));
-    twice(twice(image.clone()))
+    let once = |image: &Raster<[f32; N]>| box_columns(&box_rows(image, radius), radius);
+    once(&once(image))
 }
 
 fn box_rows<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[f32; N]> {
@@ -74,11 +73,29 @@ fn box_rows<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[
     out
 }
 
-fn transposed<const N: usize>(image: &Raster<[f32; N]>) -> Raster<[f32; N]> {
+/// Down the columns, all columns of a row at once; each task sums up its own first window.
+fn box_columns<const N: usize>(image: &Raster<[f32; N]>, radius: usize) -> Raster<[f32; N]> {
     let (w, h) = image.size();
-    let mut out = Raster::filled(h, w, [0.0f32; N]);
-    out.data_mut().par_chunks_mut(h.max(1)).enumerate().for_each(|(x, column)| {
-        column.iter_mut().enumerate().for_each(|(y, v)| *v = image.at(x, y));
+    let mut out = Raster::filled(w, h, [0.0f32; N]);
+    let scale = 1.0 / (2 * radius + 1) as f64;
+    let band = (4 * radius).max(64);
+    out.data_mut().par_chunks_mut(w.max(1) * band).enumerate().for_each(|(task, out)| {
+        let row = |y: isize| image.row(y.clamp(0, h as isize - 1) as usize);
+        let (first, reach) = ((task * band) as isize, radius as isize);
+        let mut sums = vec![[0.0f64; N]; w];
+        for y in first - reach..=first + reach {
+            for (sum, v) in sums.iter_mut().zip(row(y)) {
+                (0..N).for_each(|i| sum[i] += f64::from(v[i]));
+            }
+        }
+        for (y, out) in (first..).zip(out.chunks_mut(w)) {
+            let (enter, leave) = (row(y + reach + 1), row(y - reach));
+            for (((out, sum), enter), leave) in out.iter_mut().zip(&mut sums).zip(enter).zip(leave)
+            {
+                *out = std::array::from_fn(|i| (sum[i] * scale) as f32);
+                (0..N).for_each(|i| sum[i] += f64::from(enter[i]) - f64::from(leave[i]));
+            }
+        }
     });
     out
 }

@@ -23,8 +23,12 @@ const MIRROR_BIAS_MM: f64 = 6.0;
 
 /// Weight of every photo at every texel: `max(0, cos - least)^2 (px/mm)^2`, falling to 0 toward
 /// depth edges, the photo's border and saturation.
-pub(super) fn weights(texels: &Texels<'_>, photos: &[Photo], params: &ProjectiveParams) -> Weights {
-    let one = |photo: &Photo, mirrored: bool| {
+pub(super) fn weights(
+    texels: &Texels<'_>,
+    photos: &[Photo<'_>],
+    params: &ProjectiveParams,
+) -> Weights {
+    let one = |photo: &Photo<'_>, mirrored: bool| {
         let bias = if mirrored { MIRROR_BIAS_MM } else { params.bias_mm };
         let at = |index: usize| -> Option<f32> {
             let (mut point, mut normal) = texels.point(index)?;
@@ -43,7 +47,13 @@ pub(super) fn weights(texels: &Texels<'_>, photos: &[Photo], params: &Projective
     Weights { sharp, mirrored }
 }
 
-fn weight(photo: &Photo, point: &Vec3, normal: &Vec3, bias: f64, params: &ProjectiveParams) -> f32 {
+fn weight(
+    photo: &Photo<'_>,
+    point: &Vec3,
+    normal: &Vec3,
+    bias: f64,
+    params: &ProjectiveParams,
+) -> f32 {
     let Some((pixel, depth)) = photo.project(point) else { return 0.0 };
     let Some((behind, edge)) = photo.sight.behind(pixel, depth) else { return 0.0 };
     let toward = photo.centre - point;
@@ -56,8 +66,7 @@ fn weight(photo: &Photo, point: &Vec3, normal: &Vec3, bias: f64, params: &Projec
         return 0.0;
     }
     let resolution = photo.view.camera.fx / depth;
-    let fresh = photo.unsaturated.get(pixel.x.round() as isize, pixel.y.round() as isize);
-    (facing.powi(2) * resolution.powi(2) * ramp) as f32 * fresh.unwrap_or(0.0)
+    (facing.powi(2) * resolution.powi(2) * ramp) as f32 * photo.unsaturated(pixel)
 }
 
 /// Weights ready for painting, on the coarse grid.
@@ -75,7 +84,12 @@ pub(super) struct Blending {
 }
 
 impl Blending {
-    pub fn new(texels: &Texels<'_>, photos: &[Photo], bands: &[Bands], weights: &Weights) -> Self {
+    pub fn new(
+        texels: &Texels<'_>,
+        photos: &[Photo<'_>],
+        bands: &[Bands],
+        weights: &Weights,
+    ) -> Self {
         let size = texels.size;
         let total = size * size;
         let strongest = strongest(&weights.sharp);
@@ -88,6 +102,7 @@ impl Blending {
             .iter()
             .map(|&(p, mirrored)| {
                 let list: Vec<f32> = (0..total)
+                    .into_par_iter()
                     .map(|i| {
                         if !mirrored {
                             return weights.sharp[p].data()[i];
@@ -101,7 +116,8 @@ impl Blending {
                     .unwrap_or_else(|| Raster::filled(size, size, 0.0))
             })
             .collect();
-        let shares: Vec<Vec<Raster<f32>>> = (0..LEVELS).map(|level| share(&raw, level)).collect();
+        let shares: Vec<Vec<Raster<f32>>> =
+            (0..LEVELS).into_par_iter().map(|level| share(&raw, level)).collect();
         let seen = seen(&raw, strongest);
         let colors: Vec<([f32; 3], [f32; 3])> = (0..total)
             .into_par_iter()
@@ -155,7 +171,7 @@ fn side(point: &Vec3, mirrored: bool) -> Vec3 {
 
 fn seen(raw: &[Raster<f32>], strongest: f32) -> Raster<f32> {
     let size = raw.first().map_or((0, 0), Raster::size);
-    Raster::from_fn(size.0, size.1, |x, y| {
+    Raster::par_from_fn(size.0, size.1, |x, y| {
         let sum: f32 = raw.iter().map(|w| w.at(x, y)).sum();
         (sum / (FAINT * strongest)).min(1.0)
     })
@@ -198,7 +214,7 @@ fn share(raw: &[Raster<f32>], level: usize) -> Vec<Raster<f32>> {
 /// Paints the texture at full size.
 pub(super) fn paint(
     texels: &Texels<'_>,
-    photos: &[Photo],
+    photos: &[Photo<'_>],
     sharp: &[&Raster<[f32; 3]>],
     blending: &Blending,
     surroundings: &Raster<[f32; 3]>,
@@ -245,17 +261,16 @@ pub(super) fn paint(
         });
         (color.map(byte), if code == 0 { FILLED } else { code })
     };
-    let painted: Vec<([u8; 3], u8)> = (0..size * size).into_par_iter().map(texel).collect();
-    let image = Raster::from_vec(size, size, painted.iter().map(|t| t.0).collect());
-    let coverage = Raster::from_vec(size, size, painted.iter().map(|t| t.1).collect());
+    let (mut image, mut coverage) = (Vec::new(), Vec::new());
+    (0..size * size).into_par_iter().map(texel).unzip_into_vecs(&mut image, &mut coverage);
     (
-        image.unwrap_or_else(|| Raster::filled(size, size, [0; 3])),
-        coverage.unwrap_or_else(|| Raster::filled(size, size, 0)),
+        Raster::from_vec(size, size, image).unwrap_or_else(|| Raster::filled(size, size, [0; 3])),
+        Raster::from_vec(size, size, coverage).unwrap_or_else(|| Raster::filled(size, size, 0)),
     )
 }
 
 fn byte(value: f32) -> u8 {
-    value.round().clamp(0.0, 255.0) as u8
+    (value + 0.5) as u8 // the cast clips
 }
 
 /// A place between texels of a coarse grid.

@@ -3,26 +3,23 @@
 use super::blend::Weights;
 use super::photo::{Photo, bilinear};
 use super::texels::Texels;
+use crate::data::Raster;
 use crate::math::{mad, median};
 use crate::render::srgb_from_linear;
 
 /// Texels that two photos must share before one follows the other.
 const LEAST_SHARED: usize = 300;
 
-/// Brings all photos to the exposure of the first (or of one already brought to it) and turns
-/// their pixels from linear light into sRGB values.
-pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo], weights: &Weights) {
+/// Brings all photos to the exposure of the first, or of one already brought to it.
+pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo<'_>], weights: &Weights) {
     for p in 1..photos.len() {
         for reference in 0..p {
             let shared = shared(texels, photos, weights, [reference, p]);
             if shared.len() >= LEAST_SHARED {
-                let fits = [0, 1, 2].map(|channel| fit(&shared, channel));
-                let pixels = photos[p].pixels.data_mut();
-                pixels.iter_mut().for_each(|v| {
-                    for i in 0..3 {
-                        v[i] = (v[i] * fits[i].0 + fits[i].1).max(0.0);
-                    }
-                });
+                for (channel, tones) in photos[p].tones.iter_mut().enumerate() {
+                    let (gain, offset) = fit(&shared, channel);
+                    tones.iter_mut().for_each(|v| *v = (*v * gain + offset).max(0.0));
+                }
                 break;
             }
         }
@@ -32,17 +29,18 @@ pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo], weights: &Weig
 /// Colours of both photos at texels that both see well.
 fn shared(
     texels: &Texels<'_>,
-    photos: &[Photo],
+    photos: &[Photo<'_>],
     weights: &Weights,
     pair: [usize; 2],
 ) -> Vec<[[f32; 3]; 2]> {
+    let light = pair.map(|p| photos[p].looked_up(&photos[p].tones));
     let seen = |i: usize| pair.iter().all(|&p| weights.sharp[p].data()[i] > 0.05);
     (0..texels.size * texels.size)
         .filter(|i| i % 3 == 0 && seen(*i))
         .filter_map(|i| {
             let point = texels.position(i)?;
-            let color = |p: usize| Some(bilinear(&photos[p].pixels, photos[p].project(&point)?.0));
-            Some([color(pair[0])?, color(pair[1])?])
+            let color = |k: usize| Some(bilinear(&light[k], photos[pair[k]].project(&point)?.0));
+            Some([color(0)?, color(1)?])
         })
         .collect()
 }
@@ -66,7 +64,7 @@ fn fit(shared: &[[[f32; 3]; 2]], channel: usize) -> (f32, f32) {
     (gain as f32, (ma - gain * mb) as f32)
 }
 
-/// sRGB values 0 to 255 of linear light.
-pub(super) fn encode(photo: &Photo) -> crate::data::Raster<[f32; 3]> {
-    photo.pixels.map(|p| p.map(|v| srgb_from_linear(f64::from(v)) as f32))
+/// A photo's sRGB values, 0 to 255, in its new exposure.
+pub(super) fn encode(photo: &Photo<'_>) -> Raster<[f32; 3]> {
+    photo.looked_up(&photo.tones.map(|t| t.map(|v| srgb_from_linear(f64::from(v)) as f32)))
 }

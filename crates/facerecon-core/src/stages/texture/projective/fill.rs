@@ -9,7 +9,7 @@ use crate::data::Raster;
 /// seam shows however the texture is filtered. Without any colour at all: grey.
 pub(super) fn push_pull(texels: &Texels<'_>, blending: &Blending) -> Raster<[f32; 3]> {
     let size = blending.size;
-    let start = Raster::from_fn(size, size, |x, y| {
+    let start = Raster::par_from_fn(size, size, |x, y| {
         let index = y * size + x;
         let weight = if texels.corners(index).is_some() { blending.seen.at(x, y) } else { 0.0 };
         let c = blending.color.at(x, y);
@@ -29,7 +29,7 @@ pub(super) fn push_pull(texels: &Texels<'_>, blending: &Blending) -> Raster<[f32
     for level in levels.iter().rev() {
         let (w, h) = level.size();
         let below = filled;
-        filled = Raster::from_fn(w, h, |x, y| {
+        filled = Raster::par_from_fn(w, h, |x, y| {
             let v = level.at(x, y);
             let known = v[3].min(1.0);
             let guess = enlarged(&below, x, y);
@@ -45,7 +45,7 @@ pub(super) fn push_pull(texels: &Texels<'_>, blending: &Blending) -> Raster<[f32
 /// Sums over 2x2, weights capped at 1 so that a full area does not outvote its rim later.
 fn halved(image: &Raster<[f32; 4]>) -> Raster<[f32; 4]> {
     let (w, h) = image.size();
-    Raster::from_fn(w.div_ceil(2), h.div_ceil(2), |x, y| {
+    Raster::par_from_fn(w.div_ceil(2), h.div_ceil(2), |x, y| {
         let mut sum = [0.0f32; 4];
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let v = image.at((2 * x + dx).min(w - 1), (2 * y + dy).min(h - 1));

@@ -43,6 +43,8 @@ impl HeadMotion {
 /// Smoothing of the rounds, in thousandths of the photo's width (the stereo comparison's, then that
 /// against the patterned photos, which must hide the dots), and the steps in each.
 const ROUNDS: [(f64, f64, usize); 3] = [(7.0, 12.0, 15), (3.0, 9.0, 10), (1.5, 9.0, 8)];
+/// A round ends when a step makes the photos agree by less than this fraction better.
+const SMALL_GAIN: f64 = 1e-4;
 /// Window of the local normalisation, thousandths of the photo's width.
 const WINDOW: f64 = 22.0;
 /// Most points compared.
@@ -59,10 +61,9 @@ pub(super) fn between_photos(
     params: &ProjectiveParams,
 ) -> Result<Option<HeadMotion>, TextureError> {
     let (left, right) = (input.photos[0].image, input.photos[1].image);
-    let sight = [
-        Visibility::new(input.mesh, &views[0], left.size(), params.edge_px)?,
-        Visibility::new(input.mesh, &views[1], right.size(), params.edge_px)?,
-    ];
+    let see = |view, size| Visibility::new(input.mesh, view, size, params.edge_px);
+    let (a, b) = rayon::join(|| see(&views[0], left.size()), || see(&views[1], right.size()));
+    let sight = [a?, b?];
     let points = common_points(input.mesh, views, &sight, params);
     if points.len() < 500 {
         return Ok(None);
@@ -73,28 +74,36 @@ pub(super) fn between_photos(
     let centre = points.iter().sum::<Vec3>() / points.len() as f64;
     let mut motion = Similarity::identity();
     let mut cost = [0.0; 2];
-    for (fine, coarse, steps) in ROUNDS {
-        let images = plain.each_ref().map(|i| normalised(i, fine));
-        let then = patterned.map(|p| p.map(|i| normalised(i, coarse)));
-        let now = plain.each_ref().map(|i| normalised(i, coarse));
-        let mut scene = Scene { points: &points, views, images, then, now, centre, bounds: None };
-        scene.bounds = Some(scene.disagreement(&motion).typical);
+    let mut soft = Soft::new(&plain, &patterned, ROUNDS[0].1);
+    for (round, (fine, coarse, steps)) in ROUNDS.into_iter().enumerate() {
+        if soft.width != coarse {
+            soft = Soft::new(&plain, &patterned, coarse);
+        }
+        let images = both(|k| normalised(&plain[k], fine));
+        let mut scene = Scene { points: &points, views, images, soft: &soft, centre, bounds: None };
         let mut present = scene.disagreement(&motion);
+        scene.bounds = Some(present.typical.clone());
         let mut damping = 1e-3;
         for _ in 0..steps {
             let Some(step) = present.step(&centre, damping) else { break };
             let next = step.compose(&motion);
             let trial = scene.disagreement(&next);
-            if trial.cost() < present.cost() {
+            let gain = present.cost() - trial.cost();
+            if gain > 0.0 {
                 (motion, present) = (next, trial);
                 damping = (damping * 0.3).max(1e-4);
+                if gain < SMALL_GAIN * present.cost() {
+                    break;
+                }
             } else if damping > 1.0 {
                 break;
             } else {
                 damping *= 10.0;
             }
         }
-        cost = [scene.disagreement(&Similarity::identity()).cost(), present.cost()];
+        if round + 1 == ROUNDS.len() {
+            cost = [scene.disagreement(&Similarity::identity()).cost(), present.cost()];
+        }
     }
     let moved: f64 = points.iter().map(|p| (motion.apply(p) - p).norm()).sum();
     let distance_mm = moved / points.len() as f64;
@@ -206,15 +215,36 @@ impl Disagreement {
 /// Turns are counted in mm at this distance, so that all unknowns have like sizes.
 const ARM_MM: f64 = 80.0;
 
+/// The photos with the pattern and the plain ones in the same smoothness.
+struct Soft {
+    /// Smoothing, thousandths of the photo's width.
+    width: f64,
+    then: [Option<Gray>; 2],
+    now: [Gray; 2],
+}
+
+impl Soft {
+    fn new(plain: &[Gray; 2], patterned: &[Option<&Gray>; 2], width: f64) -> Self {
+        let (then, now) = rayon::join(
+            || both(|k| patterned[k].map(|i| normalised(i, width))),
+            || both(|k| normalised(&plain[k], width)),
+        );
+        Self { width, then, now }
+    }
+}
+
+/// The same for the left and the right photo, at once.
+fn both<T: Send>(one: impl Fn(usize) -> T + Sync) -> [T; 2] {
+    rayon::join(|| one(0), || one(1)).into()
+}
+
 /// All that is compared in one round.
 struct Scene<'a> {
     points: &'a [Vec3],
     views: &'a [Sight],
     /// The plain pair.
     images: [Gray; 2],
-    /// The photos with the pattern and the plain ones in the same smoothness.
-    then: [Option<Gray>; 2],
-    now: [Gray; 2],
+    soft: &'a Soft,
     centre: Vec3,
     /// Typical misses by which the comparisons are weighed; `None`: those found.
     bounds: Option<Vec<f64>>,
@@ -238,12 +268,12 @@ impl Scene<'_> {
         let mut total = Disagreement::default();
         total.add(&self.points.par_iter().filter_map(across).collect::<Vec<_>>(), bounds);
         for k in 0..2 {
-            let Some(then) = &self.then[k] else { continue };
+            let Some(then) = &self.soft.then[k] else { continue };
             let since = |p: &Vec3| -> Option<(SVector<f64, 6>, f64)> {
                 let moved = motion.apply(p);
                 let pixel = self.views[k].camera.project(&self.views[k].place(p))?;
                 let before = f64::from(then.bilinear(pixel.x, pixel.y)?);
-                let (after, gradient) = look(&self.now[k], &self.views[k], &moved)?;
+                let (after, gradient) = look(&self.soft.now[k], &self.views[k], &moved)?;
                 Some((row(&(moved - middle), &gradient), before - after))
             };
             total.add(&self.points.par_iter().filter_map(since).collect::<Vec<_>>(), bounds);

@@ -186,30 +186,38 @@ fn edge_distance(depth: &Raster<f32>, view: &Sight, outline_px: f32) -> Raster<f
 }
 
 /// A photo ready to be laid on the head.
-pub(super) struct Photo {
+pub(super) struct Photo<'a> {
     pub view: Sight,
     pub centre: Vec3,
     pub sight: Visibility,
-    /// Linear light until the exposures are equal, then sRGB values 0 to 255.
-    pub pixels: Raster<[f32; 3]>,
-    /// 1 where no channel is saturated, down to 0.
-    pub unsaturated: Raster<f32>,
+    pub image: &'a Rgb,
+    /// Linear light of each channel's values.
+    pub tones: [[f32; 256]; 3],
 }
 
-impl Photo {
-    pub fn new(mesh: &Mesh, view: &Sight, image: &Rgb, edge_px: f64) -> Result<Self, TextureError> {
+impl<'a> Photo<'a> {
+    pub fn new(
+        mesh: &Mesh,
+        view: &Sight,
+        image: &'a Rgb,
+        edge_px: f64,
+    ) -> Result<Self, TextureError> {
         let sight = Visibility::new(mesh, view, image.size(), edge_px)?;
-        let table: [f32; 256] = std::array::from_fn(|v| linear_from_srgb(v as u8) as f32);
-        let fresh = |p: [u8; 3]| {
+        let tone = std::array::from_fn(|v| linear_from_srgb(v as u8) as f32);
+        Ok(Self { view: *view, centre: view.centre(), sight, image, tones: [tone; 3] })
+    }
+
+    /// The photo with each channel's values replaced by those of a table.
+    pub fn looked_up(&self, table: &[[f32; 256]; 3]) -> Raster<[f32; 3]> {
+        self.image.map(|p| std::array::from_fn(|c| table[c][p[c] as usize]))
+    }
+
+    /// 1 where no channel of the pixel next to a place is saturated, down to 0.
+    pub fn unsaturated(&self, pixel: Vec2) -> f32 {
+        let nearest = self.image.get(pixel.x.round() as isize, pixel.y.round() as isize);
+        nearest.map_or(0.0, |p| {
             let top = p.into_iter().max().unwrap_or(0);
             ((254.0 - f32::from(top)) / 10.0).clamp(0.02, 1.0)
-        };
-        Ok(Self {
-            view: *view,
-            centre: view.centre(),
-            sight,
-            pixels: image.map(|p| p.map(|v| table[v as usize])),
-            unsaturated: image.map(fresh),
         })
     }
 
