@@ -1,7 +1,5 @@
 //! Who neighbours whom on a mesh.
 
-use std::collections::BTreeMap;
-
 use super::Mesh;
 
 /// Neighbours, borders and rings of a mesh's vertices.
@@ -18,16 +16,14 @@ pub struct Topology {
 impl Topology {
     /// Reads the topology of a valid mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let mut edges: BTreeMap<(u32, u32), u32> = BTreeMap::new();
-        for &[a, b, c] in &mesh.faces {
-            for (i, j) in [(a, b), (b, c), (c, a)] {
-                *edges.entry((i.min(j), i.max(j))).or_default() += 1;
-            }
-        }
+        let sides = mesh.faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let mut edges: Vec<(u32, u32)> = sides.map(|(i, j)| (i.min(j), i.max(j))).collect();
+        edges.sort_unstable();
         let mut neighbours = vec![Vec::new(); mesh.vertices.len()];
         let mut border = vec![false; mesh.vertices.len()];
         let mut non_manifold_edges = 0;
-        for (&(i, j), &count) in &edges {
+        for same in edges.chunk_by(|a, b| a == b) {
+            let ((i, j), count) = (same[0], same.len());
             if i == j {
                 continue;
             }

@@ -16,6 +16,7 @@ pub struct SurfacePoint {
     pub distance: f64,
 }
 
+#[derive(Clone)]
 struct Node {
     low: Vec3,
     high: Vec3,
@@ -40,36 +41,11 @@ impl SurfaceIndex {
         mesh.validate().ok()?;
         let triangles: Vec<_> = (0..mesh.faces.len()).map(|f| mesh.corners(f)).collect();
         let centres: Vec<Vec3> = triangles.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0).collect();
-        let mut index =
-            Self { nodes: Vec::new(), order: (0..triangles.len() as u32).collect(), triangles };
-        index.split(&centres, 0, index.order.len());
-        Some(index)
-    }
-
-    fn split(&mut self, centres: &[Vec3], start: usize, end: usize) {
-        let mut low = Vec3::repeat(f64::INFINITY);
-        let mut high = -low;
-        for &f in &self.order[start..end] {
-            for corner in &self.triangles[f as usize] {
-                low = low.inf(corner);
-                high = high.sup(corner);
-            }
-        }
-        let id = self.nodes.len();
-        self.nodes.push(Node { low, high, second: 0, start: start as u32, count: 0 });
-        if end - start <= LEAF {
-            self.nodes[id].count = (end - start) as u32;
-            return;
-        }
-        let axis = (high - low).imax();
-        let middle = usize::midpoint(start, end);
-        self.order[start..end].select_nth_unstable_by(middle - start, |&a, &b| {
-            let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
-            x.total_cmp(&y).then(a.cmp(&b))
-        });
-        self.split(centres, start, middle);
-        self.nodes[id].second = self.nodes.len() as u32;
-        self.split(centres, middle, end);
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        let empty = Node { low: Vec3::zeros(), high: Vec3::zeros(), second: 0, start: 0, count: 0 };
+        let mut nodes = vec![empty; node_count(order.len())];
+        split(&mut nodes, 0, &mut order, 0, &triangles, &centres);
+        Some(Self { nodes, order, triangles })
     }
 
     /// The closest point on the surface; `None` when the query is not finite.
@@ -84,12 +60,16 @@ impl SurfaceIndex {
         }
         let mut best: Option<SurfacePoint> = None;
         let mut limit = reach * reach;
-        let mut stack = vec![0usize];
-        while let Some(id) = stack.pop() {
-            let node = &self.nodes[id];
-            if box_distance(node, query) > limit {
+        // one waiting node a level, and halving 2^32 faces gives no more levels than that
+        let mut waiting = [(0usize, 0.0f64); 34];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let (id, distance) = waiting[count];
+            if distance > limit {
                 continue;
             }
+            let node = &self.nodes[id];
             if node.count > 0 {
                 let range = node.start as usize..(node.start + node.count) as usize;
                 for &face in &self.order[range] {
@@ -107,15 +87,68 @@ impl SurfaceIndex {
                     }
                 }
             } else {
-                let (first, second) = (id + 1, node.second as usize);
-                let near_first = box_distance(&self.nodes[first], query)
-                    <= box_distance(&self.nodes[second], query);
-                let (near, far) = if near_first { (first, second) } else { (second, first) };
-                stack.push(far);
-                stack.push(near);
+                let children = [id + 1, node.second as usize];
+                let [first, second] = children.map(|c| (c, box_distance(&self.nodes[c], query)));
+                let (near, far) =
+                    if first.1 <= second.1 { (first, second) } else { (second, first) };
+                waiting[count] = far;
+                waiting[count + 1] = near;
+                count += 2;
             }
         }
         best
+    }
+}
+
+/// Nodes of a tree over so many faces: its shape depends on nothing else.
+fn node_count(faces: usize) -> usize {
+    if faces <= LEAF {
+        return 1;
+    }
+    1 + node_count(faces / 2) + node_count(faces - faces / 2)
+}
+
+/// Trees over more faces than this are built by two threads.
+const LARGE: usize = 4096;
+
+/// Builds the tree over the faces in `order`, which begin at number `start` of all, into `nodes`,
+/// which begin at number `id`.
+fn split(
+    nodes: &mut [Node],
+    id: usize,
+    order: &mut [u32],
+    start: usize,
+    triangles: &[[Vec3; 3]],
+    centres: &[Vec3],
+) {
+    let mut low = Vec3::repeat(f64::INFINITY);
+    let mut high = -low;
+    for corner in order.iter().flat_map(|&f| &triangles[f as usize]) {
+        low = low.inf(corner);
+        high = high.sup(corner);
+    }
+    let count = order.len();
+    let middle = count / 2;
+    let second = 1 + node_count(middle);
+    if count <= LEAF {
+        nodes[0] = Node { low, high, second: 0, start: start as u32, count: count as u32 };
+        return;
+    }
+    nodes[0] = Node { low, high, second: (id + second) as u32, start: start as u32, count: 0 };
+    let axis = (high - low).imax();
+    order.select_nth_unstable_by(middle, |&a, &b| {
+        let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
+        x.total_cmp(&y).then(a.cmp(&b))
+    });
+    let (lower, upper) = order.split_at_mut(middle);
+    let (left, right) = nodes[1..].split_at_mut(second - 1);
+    let mut lower = || split(left, id + 1, lower, start, triangles, centres);
+    let mut upper = || split(right, id + second, upper, start + middle, triangles, centres);
+    if count > LARGE {
+        rayon::join(lower, upper);
+    } else {
+        lower();
+        upper();
     }
 }
 

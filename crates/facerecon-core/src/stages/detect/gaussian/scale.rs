@@ -1,5 +1,7 @@
 //! The size and spacing of the dots, from the image itself.
 
+use rayon::prelude::*;
+
 use crate::data::Gray;
 use crate::math::{Vec2, median};
 use crate::spatial::PointIndex;
@@ -136,7 +138,7 @@ fn local_mean_abs(image: &Gray, radius: usize) -> Gray {
             sums[(y + 1) * stride + x + 1] = sums[y * stride + x + 1] + line;
         }
     }
-    Gray::from_fn(width, height, |x, y| {
+    Gray::par_from_fn(width, height, |x, y| {
         let (x0, y0) = (x.saturating_sub(radius), y.saturating_sub(radius));
         let (x1, y1) = ((x + radius + 1).min(width), (y + radius + 1).min(height));
         let sum = sums[y1 * stride + x1] + sums[y0 * stride + x0]
@@ -153,19 +155,17 @@ fn regularity(blobs: &[(Vec2, f64)]) -> (usize, f64) {
     let Some(index) = PointIndex::<2>::new(&points) else {
         return (0, 0.0);
     };
-    let mut spacings = Vec::new();
-    for p in &points {
+    let spacing = |p: &Vec2| {
         let near: Vec<Vec2> =
             index.nearest_n(&[p.x, p.y], 9).iter().skip(1).map(|n| points[n.index] - p).collect();
         let opposite = |a: &Vec2| near.iter().any(|b| (a + b).norm() < 0.25 * a.norm());
-        let Some(u) = near.first().filter(|u| opposite(u)) else {
-            continue;
-        };
+        let u = near.first().filter(|u| opposite(u))?;
         let across = |v: &&Vec2| (u.x * v.y - u.y * v.x).abs() > 0.6 * u.norm() * v.norm();
-        if let Some(v) = near.iter().filter(across).find(|v| opposite(v)) {
-            spacings.push((u.norm() * v.norm()).sqrt());
-        }
-    }
+        let v = near.iter().filter(across).find(|v| opposite(v))?;
+        Some((u.norm() * v.norm()).sqrt())
+    };
+    let found: Vec<Option<f64>> = points.par_iter().map(spacing).collect();
+    let spacings: Vec<f64> = found.into_iter().flatten().collect();
     (spacings.len(), median(&spacings).unwrap_or(0.0))
 }
 
