@@ -72,12 +72,11 @@ pub fn rasterize(
         return Err(RenderError::Camera);
     }
     let vertices: Vec<Vec3> = mesh.vertices.par_iter().map(|v| camera_from_mesh.apply(v)).collect();
-    let triangles = screen_triangles(mesh, &vertices, camera, size);
-
+    let screen = Projected::new(mesh, &vertices, camera, size);
     let mut bins = vec![Vec::new(); height.div_ceil(BAND)];
-    for (index, triangle) in triangles.iter().enumerate() {
-        for bin in &mut bins[triangle.rows.0 / BAND..=triangle.rows.1 / BAND] {
-            bin.push(index as u32);
+    for face in 0..mesh.faces.len() {
+        if let Some((first, last)) = screen.rows(face) {
+            bins[first / BAND..=last / BAND].iter_mut().for_each(|bin| bin.push(face));
         }
     }
 
@@ -92,41 +91,71 @@ pub fn rasterize(
         .zip(bins.par_iter())
         .enumerate()
         .for_each(|(band, (((depth, face), barycentric), bin))| {
-            for &index in bin {
-                draw(&triangles[index as usize], band * BAND, width, depth, face, barycentric);
+            for &number in bin {
+                screen.pieces(number, |triangle| {
+                    draw(triangle, band * BAND, width, depth, face, barycentric);
+                });
             }
         });
     Ok(Buffers { depth_mm: depth, face, barycentric })
 }
 
-fn screen_triangles(
-    mesh: &Mesh,
-    vertices: &[Vec3],
-    camera: &Pinhole,
+/// A mesh before the camera.
+struct Projected<'a> {
+    mesh: &'a Mesh,
+    /// Vertices in the camera's frame.
+    vertices: &'a [Vec3],
+    /// Their pixels; `None` where they have none.
+    pixels: Vec<Option<Vec2>>,
+    camera: &'a Pinhole,
+    near: f64,
     size: (usize, usize),
-) -> Vec<Screen> {
-    let farthest = vertices.iter().map(|v| v.z).fold(0.0, f64::max);
-    let near = (farthest * NEAR).max(1e-9);
-    let pixels: Vec<Option<Vec2>> =
-        vertices.par_iter().map(|v| if v.z < near { None } else { pixel(camera, v) }).collect();
-    mesh.faces
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(number, corners)| {
-            let face = number as u32;
-            let points = corners.map(|i| vertices[i as usize]);
-            let seen = corners.map(|i| pixels[i as usize]);
-            let behind = points.iter().filter(|p| p.z < near).count();
-            let (whole, pieces) = match (seen, behind) {
-                ([Some(a), Some(b), Some(c)], 0) => {
-                    (place(face, [a, b, c], points.map(|p| 1.0 / p.z), None, size), Vec::new())
-                }
-                (_, 1 | 2) => (None, clipped(face, &points, near, camera, size)),
-                _ => (None, Vec::new()),
-            };
-            whole.into_iter().chain(pieces)
-        })
-        .collect()
+}
+
+impl<'a> Projected<'a> {
+    fn new(
+        mesh: &'a Mesh,
+        vertices: &'a [Vec3],
+        camera: &'a Pinhole,
+        size: (usize, usize),
+    ) -> Self {
+        let farthest = vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+        let near = (farthest * NEAR).max(1e-9);
+        let place = |v: &Vec3| if v.z < near { None } else { pixel(camera, v) };
+        let pixels = vertices.par_iter().map(place).collect();
+        Self { mesh, vertices, pixels, camera, near, size }
+    }
+
+    /// First and last row that a face may cover; `None` when it covers none.
+    fn rows(&self, face: usize) -> Option<(usize, usize)> {
+        let mut rows: Option<(usize, usize)> = None;
+        self.pieces(face, |t| {
+            let (first, last) = rows.unwrap_or(t.rows);
+            rows = Some((first.min(t.rows.0), last.max(t.rows.1)));
+        });
+        rows
+    }
+
+    /// The triangles on the screen that a face becomes: one, or when the near plane cuts it, up to
+    /// two, or none.
+    #[inline]
+    fn pieces(&self, face: usize, mut take: impl FnMut(&Screen)) {
+        let corners = self.mesh.faces[face].map(|i| i as usize);
+        let points = corners.map(|i| self.vertices[i]);
+        let behind = points.iter().filter(|p| p.z < self.near).count();
+        match (corners.map(|i| self.pixels[i]), behind) {
+            ([Some(a), Some(b), Some(c)], 0) => {
+                let inverse_depth = points.map(|p| 1.0 / p.z);
+                let whole = place(face as u32, [a, b, c], inverse_depth, None, self.size);
+                whole.iter().for_each(take);
+            }
+            (_, 1 | 2) => {
+                let cut = clipped(face as u32, &points, self.near, self.camera, self.size);
+                cut.iter().for_each(&mut take);
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Pixel of a point in front of the camera; `None` where the lens model folds back on itself and

@@ -183,7 +183,7 @@ fn embedded(image: &Rgb) -> Option<String> {
 
 /// A view of a mesh; a mesh that cannot be drawn leaves a plain tile.
 fn drawn(studio: Option<&Studio<'_>>, view: View) -> Rgb {
-    const SIDE: usize = 420;
+    const SIDE: usize = 370;
     studio
         .and_then(|s| s.picture(view, None, (SIDE, SIDE)).ok())
         .unwrap_or_else(|| Rgb::filled(SIDE, SIDE, [230, 230, 230]))

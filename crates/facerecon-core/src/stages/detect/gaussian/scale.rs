@@ -14,6 +14,11 @@ const STEP: f64 = 1.35;
 const FINEST_PX: f64 = 0.8;
 /// Least number of blobs in a lattice for a scale to count.
 const MIN_REGULAR: usize = 12;
+/// From this smoothing on, in pixels of the level, levels are held at half the size.
+const SMOOTH_PX: f64 = 5.0;
+/// A lattice is clear when at least this share of the blobs sits in it. In a large photo thousands
+/// of grains of noise do so by chance, but few of a hundred.
+const CLEAR_SHARE: f64 = 0.25;
 
 /// What was found about the dots' scale.
 pub(crate) struct Scale {
@@ -42,16 +47,21 @@ impl Scale {
         let mut best = 0;
         let mut sigma_px = FINEST_PX;
         let mut smooth = image.blurred(sigma_px);
+        // side of the level's pixels in pixels of the photo
+        let mut pixel = 1.0;
         while sigma_px <= coarsest {
-            let next = smooth.blurred(sigma_px * (STEP * STEP - 1.0).sqrt());
-            let level = Level::new(&smooth, &next, sigma_px, params);
-            levels.push(level);
+            if sigma_px / pixel > SMOOTH_PX {
+                (smooth, pixel) = (smooth.halved(), 2.0 * pixel);
+            }
+            let next = smooth.blurred(sigma_px / pixel * (STEP * STEP - 1.0).sqrt());
+            levels.push(Level::new(&smooth, &next, sigma_px / pixel, params).enlarged(pixel));
             let last = levels.len() - 1;
             if levels[last].score(params) > levels[best].score(params) {
                 best = last;
             }
             // Two levels past a clear lattice nothing finer can come.
-            let clear = levels[best].regular >= 4 * MIN_REGULAR;
+            let found = &levels[best];
+            let clear = found.regular >= 4 * MIN_REGULAR && found.share() >= CLEAR_SHARE;
             if clear && last >= best + 2 && 2 * levels[last].regular < levels[best].regular {
                 break;
             }
@@ -111,8 +121,21 @@ impl Level {
         let wrong = params.spacing_px > 0.0
             && (self.spacing_px / params.spacing_px).ln().abs() > 0.5_f64.ln().abs();
         // Noise is a lattice here and there by chance; a true lattice nearly everywhere.
-        let share = self.regular as f64 / self.blobs.len().max(1) as f64;
-        if wrong { 0.0 } else { self.regular as f64 * share.sqrt() }
+        if wrong { 0.0 } else { self.regular as f64 * self.share().sqrt() }
+    }
+
+    /// The part of the blobs that sits in a lattice.
+    fn share(&self) -> f64 {
+        self.regular as f64 / self.blobs.len().max(1) as f64
+    }
+
+    /// The level in pixels of the photo, of which one of its own holds `pixel` a side.
+    fn enlarged(mut self, pixel: f64) -> Self {
+        self.sigma_px *= pixel;
+        self.spacing_px *= pixel;
+        // pixel centres are at integers, so the picture's corner is at -0.5
+        self.blobs.iter_mut().for_each(|(p, _)| *p = p.map(|c| (c + 0.5) * pixel - 0.5));
+        self
     }
 }
 
