@@ -156,12 +156,14 @@ impl<'a> Studio<'a> {
             .into_par_iter()
             .flat_map_iter(|y| {
                 let back = background(y, height);
+                let empty = to_rgb(&back);
                 let (buffers, normals, corners, fine) = (&buffers, &normals, &corners, &fine);
                 (0..width).map(move |x| {
-                    let mut sum = Vec3::zeros();
+                    let (mut sum, mut hit) = (Vec3::zeros(), false);
                     for sy in y * SAMPLES..(y + 1) * SAMPLES {
                         for sx in x * SAMPLES..(x + 1) * SAMPLES {
                             let sample = Sample::at(buffers, sx, sy);
+                            hit |= sample.is_some();
                             sum += sample.map_or(back, |s| {
                                 let here = Vec2::new(sx as f64, sy as f64);
                                 let light = self.light(&s, normals, &fine.ray(here));
@@ -170,7 +172,7 @@ impl<'a> Studio<'a> {
                             });
                         }
                     }
-                    to_rgb(&(sum * share))
+                    if hit { to_rgb(&(sum * share)) } else { empty }
                 })
             })
             .collect();

@@ -126,34 +126,39 @@ impl<'a> Projected<'a> {
         Self { mesh, vertices, pixels, camera, near, size }
     }
 
+    /// Pixels of a face's corners; `None` where the near plane cuts it, or a corner has none.
+    #[inline]
+    fn whole(&self, face: usize) -> Option<[Vec2; 3]> {
+        let [a, b, c] = self.mesh.faces[face].map(|i| self.pixels[i as usize]);
+        Some([a?, b?, c?])
+    }
+
     /// First and last row that a face may cover; `None` when it covers none.
     fn rows(&self, face: usize) -> Option<(usize, usize)> {
-        let mut rows: Option<(usize, usize)> = None;
+        if let Some(corner) = self.whole(face) {
+            return rows(&corner, self.size);
+        }
+        let mut all: Option<(usize, usize)> = None;
         self.pieces(face, |t| {
-            let (first, last) = rows.unwrap_or(t.rows);
-            rows = Some((first.min(t.rows.0), last.max(t.rows.1)));
+            let (first, last) = all.unwrap_or(t.rows);
+            all = Some((first.min(t.rows.0), last.max(t.rows.1)));
         });
-        rows
+        all
     }
 
     /// The triangles on the screen that a face becomes: one, or when the near plane cuts it, up to
     /// two, or none.
     #[inline]
     fn pieces(&self, face: usize, mut take: impl FnMut(&Screen)) {
-        let corners = self.mesh.faces[face].map(|i| i as usize);
-        let points = corners.map(|i| self.vertices[i]);
-        let behind = points.iter().filter(|p| p.z < self.near).count();
-        match (corners.map(|i| self.pixels[i]), behind) {
-            ([Some(a), Some(b), Some(c)], 0) => {
-                let inverse_depth = points.map(|p| 1.0 / p.z);
-                let whole = place(face as u32, [a, b, c], inverse_depth, None, self.size);
-                whole.iter().for_each(take);
-            }
-            (_, 1 | 2) => {
-                let cut = clipped(face as u32, &points, self.near, self.camera, self.size);
-                cut.iter().for_each(&mut take);
-            }
-            _ => {}
+        let points = self.mesh.faces[face].map(|i| self.vertices[i as usize]);
+        if let Some(corner) = self.whole(face) {
+            let inverse_depth = points.map(|p| 1.0 / p.z);
+            let whole = place(face as u32, corner, inverse_depth, None, self.size);
+            return whole.iter().for_each(take);
+        }
+        if let 1 | 2 = points.iter().filter(|p| p.z < self.near).count() {
+            let cut = clipped(face as u32, &points, self.near, self.camera, self.size);
+            cut.iter().for_each(&mut take);
         }
     }
 }
@@ -209,35 +214,46 @@ fn clipped(
         .collect()
 }
 
-/// A triangle on the screen, or `None` when it has no area or lies outside.
+/// A triangle on the screen, or `None` when it has no area or covers no pixel.
 fn place(
     face: u32,
     corner: [Vec2; 3],
     inverse_depth: [f64; 3],
     weights: Option<Box<[[f64; 3]; 3]>>,
-    (width, height): (usize, usize),
+    size: (usize, usize),
 ) -> Option<Screen> {
-    let low = corner[0].inf(&corner[1]).inf(&corner[2]);
-    let high = corner[0].sup(&corner[1]).sup(&corner[2]);
+    let rows = rows(&corner, size)?;
+    let area = double_area(&corner);
+    if !area.is_finite() || area.abs() < 1e-12 {
+        return None;
+    }
+    Some(Screen { face, corner, inverse_depth, weights, rows })
+}
+
+/// First and last row of pixel centres in the box around a triangle, or `None` where there are
+/// none: small faces often lie between pixels.
+#[inline]
+fn rows([a, b, c]: &[Vec2; 3], (width, height): (usize, usize)) -> Option<(usize, usize)> {
+    let (low, high) = (a.inf(b).inf(c), a.sup(b).sup(c));
     let inside = high.x >= 0.0
         && high.y >= 0.0
         && low.x <= (width - 1) as f64
         && low.y <= (height - 1) as f64;
-    let area = double_area(&corner);
-    if !inside || !area.is_finite() || area.abs() < 1e-12 {
+    if !inside {
         return None;
     }
-    let first = low.y.max(0.0).ceil() as usize;
-    let last = high.y.min((height - 1) as f64).floor() as usize;
-    // small faces often hold no pixel centre, with more slack than the inside test has
-    let column = (low.x - 1e-6).ceil() <= high.x + 1e-6;
-    (first <= last && column).then_some(Screen {
-        face,
-        corner,
-        inverse_depth,
-        weights,
-        rows: (first, last),
-    })
+    let (first, last) = (up(low.y), high.y.min((height - 1) as f64) as usize);
+    // with more slack than the inside test has
+    let column = up(low.x - 1e-6) as f64 <= high.x + 1e-6;
+    (first <= last && column).then_some((first, last))
+}
+
+/// The first whole number from a value on, at least 0. (`ceil` is a call into the mathematics
+/// library on common processors.)
+#[inline]
+fn up(value: f64) -> usize {
+    let below = value as usize;
+    below + usize::from((below as f64) < value)
 }
 
 fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {
@@ -254,16 +270,17 @@ fn draw(
     barycentric: &mut [[f32; 3]],
 ) {
     let [a, b, c] = t.corner;
-    let area = double_area(&t.corner);
+    let share = 1.0 / double_area(&t.corner);
     // the three weights are linear in the offset from a
-    let step = [(b.y - c.y) / area, (c.y - a.y) / area, (a.y - b.y) / area];
+    let step = [(b.y - c.y) * share, (c.y - a.y) * share, (a.y - b.y) * share];
+    let per_step = step.map(|s| 1.0 / s);
     let bottom = top + depth.len() / width;
     for y in t.rows.0.max(top)..=t.rows.1.min(bottom - 1) {
         let dy = y as f64 - a.y;
-        let w1 = -dy * (c.x - a.x) / area;
-        let w2 = dy * (b.x - a.x) / area;
+        let w1 = -dy * (c.x - a.x) * share;
+        let w2 = dy * (b.x - a.x) * share;
         let start = [1.0 - w1 - w2, w1, w2];
-        let Some((first, last)) = span(&start, &step, a.x, width) else { continue };
+        let Some((first, last)) = span(&start, &step, &per_step, a.x, width) else { continue };
         let row = (y - top) * width;
         for x in first..=last {
             let dx = x as f64 - a.x;
@@ -293,10 +310,17 @@ fn draw(
 }
 
 /// First and last pixel of a row whose three weights are all at least zero.
-fn span(start: &[f64; 3], step: &[f64; 3], origin: f64, width: usize) -> Option<(usize, usize)> {
+#[inline]
+fn span(
+    start: &[f64; 3],
+    step: &[f64; 3],
+    per_step: &[f64; 3],
+    origin: f64,
+    width: usize,
+) -> Option<(usize, usize)> {
     let (mut low, mut high) = (0.0f64, (width - 1) as f64);
     for i in 0..3 {
-        let bound = origin + (-SLACK - start[i]) / step[i];
+        let bound = origin + (-SLACK - start[i]) * per_step[i];
         if step[i] > 0.0 {
             low = low.max(bound);
         } else if step[i] < 0.0 {
@@ -305,6 +329,6 @@ fn span(start: &[f64; 3], step: &[f64; 3], origin: f64, width: usize) -> Option<
             return None;
         }
     }
-    let (first, last) = (low.ceil(), high.floor());
-    (first <= last).then_some((first as usize, last as usize))
+    // from here on `high` is at least 0, so that the cast rounds down
+    (low <= high).then(|| (up(low), high as usize)).filter(|(first, last)| first <= last)
 }
