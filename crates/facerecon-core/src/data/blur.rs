@@ -1,8 +1,8 @@
-//! Gaussian smoothing and halving of grey images.
+//! Gaussian smoothing of grey images, and halving.
 
 use rayon::prelude::*;
 
-use super::Gray;
+use super::{Gray, Rgb};
 
 impl Gray {
     /// The image smoothed by a Gaussian of standard deviation `sigma_px`, cut off at 3 sigma;
@@ -48,6 +48,18 @@ impl Gray {
         Gray::from_fn(self.width() / 2, self.height() / 2, |x, y| {
             let (x, y) = (2 * x, 2 * y);
             (self.at(x, y) + self.at(x + 1, y) + self.at(x, y + 1) + self.at(x + 1, y + 1)) / 4.0
+        })
+    }
+}
+
+impl Rgb {
+    /// The image at half the size; see [`Gray::halved`].
+    pub fn halved(&self) -> Rgb {
+        Rgb::from_fn(self.width() / 2, self.height() / 2, |x, y| {
+            let (x, y) = (2 * x, 2 * y);
+            let four = [self.at(x, y), self.at(x + 1, y), self.at(x, y + 1), self.at(x + 1, y + 1)];
+            let sum = |c: usize| four.iter().map(|p| u16::from(p[c])).sum::<u16>();
+            std::array::from_fn(|c| ((sum(c) + 2) / 4) as u8)
         })
     }
 }

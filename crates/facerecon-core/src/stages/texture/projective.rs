@@ -10,6 +10,7 @@ mod exposure;
 mod fill;
 mod motion;
 mod photo;
+mod reduce;
 mod texels;
 
 use rayon::prelude::*;
@@ -18,6 +19,7 @@ use super::{Texture, TextureError, TextureInput, TextureParams};
 use crate::observer::{Event, Observer};
 
 use photo::Photo;
+use reduce::Reduced;
 use texels::Texels;
 
 crate::settings! {
@@ -53,6 +55,13 @@ pub(super) fn texture(
     let kept = photo::usable(input, obs);
     let input = &TextureInput { photos: &kept, ..*input };
     let mut views = photo::views(input)?;
+    let small: Vec<Option<Reduced>> = (views.iter_mut().zip(input.photos))
+        .map(|(view, photo)| Reduced::new(input.mesh, photo, view, params.size))
+        .collect();
+    let lent: Vec<_> = (small.iter().zip(input.photos))
+        .map(|(small, photo)| small.as_ref().map_or(*photo, |s| s.lend(photo)))
+        .collect();
+    let input = &TextureInput { photos: &lent, ..*input };
     let mut head_motion = None;
     if own.motion
         && views.len() > 1
@@ -77,7 +86,7 @@ pub(super) fn texture(
         exposure::equalise(&coarse, &mut photos, &weights);
     }
     stop(obs)?;
-    let bands: Vec<_> = photos.par_iter().map(bands::Bands::new).collect();
+    let bands: Vec<_> = photos.iter().map(bands::Bands::new).collect();
     let blending = blend::Blending::new(&coarse, &photos, &bands, &weights);
     let surroundings = fill::push_pull(&coarse, &blending);
     stop(obs)?;

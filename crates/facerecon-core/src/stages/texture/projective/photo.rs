@@ -28,6 +28,29 @@ impl Sight {
         self.matrix.try_inverse().map_or(Vec3::repeat(f64::NAN), |m| -(m * self.shift))
     }
 
+    /// Whether the camera is one matrix found from dots, pixels included.
+    fn is_general(&self) -> bool {
+        self.camera.fx == 1.0
+    }
+
+    /// The camera of the photo at half the size. Pixel centres are at integers: pixel `u` becomes
+    /// `(u + 0.5) / 2 - 0.5`.
+    pub fn halved(&self) -> Self {
+        if self.is_general() {
+            let half = Mat3::new(0.5, 0.0, -0.25, 0.0, 0.5, -0.25, 0.0, 0.0, 1.0);
+            return Self { matrix: half * self.matrix, shift: half * self.shift, ..*self };
+        }
+        let c = self.camera;
+        let camera = Pinhole {
+            fx: c.fx / 2.0,
+            fy: c.fy / 2.0,
+            cx: c.cx / 2.0 - 0.25,
+            cy: c.cy / 2.0 - 0.25,
+            ..c
+        };
+        Self { camera, ..*self }
+    }
+
     /// The head has moved since the mesh was measured.
     pub fn follow(&mut self, motion: &HeadMotion) {
         let m = motion.moved_from_mesh;
@@ -140,8 +163,9 @@ fn edge_distance(depth: &Raster<f32>, view: &Sight, outline_px: f32) -> Raster<f
     // width of a pixel at unit depth, in the mesh's unit
     let stretch = view.matrix.determinant().abs().cbrt();
     let pixel = (stretch / (camera.fx * camera.fy).sqrt().max(1e-12)) as f32;
-    let general = camera.fx == 1.0; // a resected projection: pixels from its own scale
-    let width = |z: f32| if general { z / view.matrix.row(0).norm() as f32 } else { z * pixel };
+    // a resected projection: pixels from its own scale
+    let width =
+        |z: f32| if view.is_general() { z / view.matrix.row(0).norm() as f32 } else { z * pixel };
     let mut distance = Raster::filled(w, h, EDGE_REACH);
     for y in 0..h {
         for x in 0..w {
