@@ -1,4 +1,4 @@
-"""Arrays of every layout are right, or refused with the argument's name, shape and what is wanted."""
+"""Meshes from arrays of every layout, and through every format."""
 
 from __future__ import annotations
 

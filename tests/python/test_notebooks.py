@@ -24,3 +24,14 @@ def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
         notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}
     ).execute()
     assert all(c.execution_count for c in notebook.cells if c.cell_type == "code")
+    outputs = [o for c in notebook.cells for o in c.get("outputs", ())]
+    words = [o.text for o in outputs if o.get("name") == "stderr"]
+    assert not any("Warning" in w for w in words), words
+    pictures = [o for o in outputs if "image/png" in o.get("data", ())]
+    assert pictures or any("data:image/png" in str(o) for o in outputs)
+
+
+def test_the_thesis_figures_are_all_there() -> None:
+    text = NOTEBOOKS[1].read_text()
+    figures = "2.2 2.3 2.4 2.5 3.1 3.2 4.1 4.2 4.3 5.1 5.2 5.3 5.4 5.5 5.6"
+    assert [f for f in figures.split() if f"Fig. {f}:" not in text] == []

@@ -86,6 +86,16 @@ pub fn run(
     }
 }
 
+/// Names that several captures share: their results would overwrite each other.
+pub fn shared_names(captures: &[PathBuf]) -> Vec<String> {
+    let mut names: Vec<String> = captures.iter().map(|c| name_of(c)).collect();
+    names.sort();
+    let mut shared: Vec<String> =
+        names.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0].clone()).collect();
+    shared.dedup();
+    shared
+}
+
 fn name_of(capture: &Path) -> String {
     let folder = if capture.is_file() { capture.parent().unwrap_or(capture) } else { capture };
     let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
@@ -103,7 +113,8 @@ fn reconstruct_or_keep(
     let print = fingerprint(&loaded.sources, head, params, frame)?;
     let beside = folder.join(FINGERPRINT);
     let same = std::fs::read_to_string(&beside).is_ok_and(|old| old.trim() == print);
-    if same && folder.join("result.json").is_file() {
+    let whole = ["result.json", "face.obj", "face.glb"].iter().all(|f| folder.join(f).is_file());
+    if same && whole {
         return Ok(Status::Kept);
     }
     // a stale mark must not outlive the files it spoke of
@@ -137,8 +148,17 @@ pub fn fingerprint(
     part(env!("CARGO_PKG_VERSION").as_bytes());
     part(frame.to_string().as_bytes());
     part(params.to_toml()?.as_bytes());
-    for v in &head.mesh.vertices {
-        v.iter().for_each(|c| part(&c.to_le_bytes()));
+    for mesh in std::iter::once(&head.mesh).chain(&head.coarse) {
+        mesh.vertices.iter().flat_map(|v| v.iter()).for_each(|c| part(&c.to_le_bytes()));
+        mesh.uvs.iter().flatten().for_each(|c| part(&c.to_le_bytes()));
+        mesh.faces.iter().chain(&mesh.face_uvs).flatten().for_each(|i| part(&i.to_le_bytes()));
+    }
+    for (name, vertex) in &head.landmarks {
+        part(name.as_bytes());
+        part(&vertex.to_le_bytes());
+    }
+    if let Some(texture) = &head.texture {
+        part(texture.data().as_flattened());
     }
     for source in sources {
         let bytes =

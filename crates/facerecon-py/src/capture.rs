@@ -140,6 +140,22 @@ impl Capture {
         (kind, pattern.columns, pattern.rows, pattern.rotation.to_degrees())
     }
 
+    /// The three marked pairs by name.
+    #[getter]
+    fn seeds(&self) -> Option<BTreeMap<&'static str, [f64; 4]>> {
+        self.capture.seeds.as_ref().map(|s| {
+            [("head", s.head), ("left_ear", s.left_ear), ("right_ear", s.right_ear)]
+                .map(|(name, mark)| (name, flat(&mark)))
+                .into()
+        })
+    }
+
+    /// The marked features by name.
+    #[getter]
+    fn features(&self) -> Marks {
+        self.capture.features.iter().map(|(name, mark)| (name.clone(), flat(mark))).collect()
+    }
+
     #[getter]
     fn rig(&self) -> Option<RigParts> {
         self.capture.rig.as_ref().map(rig_parts)
@@ -179,6 +195,10 @@ fn encode_png<'py>(
 
 fn pair(mark: &[f64; 4]) -> Pair {
     Pair { left: Vec2::new(mark[0], mark[1]), right: Vec2::new(mark[2], mark[3]) }
+}
+
+fn flat(mark: &Pair) -> [f64; 4] {
+    [mark.left.x, mark.left.y, mark.right.x, mark.right.y]
 }
 
 fn matrix(rows: &Matrix) -> Mat3 {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use facerecon_core::check::{CheckParams, check as run_check};
 use facerecon_core::compare::{CompareParams, Side, compare as run_compare};
 use facerecon_core::demo::person;
 use facerecon_core::error::Error;
@@ -152,10 +153,19 @@ fn compare<'py>(
     Ok((to_json(py, &found)?, PyArray1::from_vec(py, found.vertex_distances)))
 }
 
+/// The rules for a good capture, each with what was found, as JSON.
+#[pyfunction]
+fn check(py: Python<'_>, capture: &Capture, sets: Sets) -> PyResult<String> {
+    let params: CheckParams = own(py, &sets)?;
+    let report = py.detach(|| run_check(&capture.capture, &params));
+    to_json(py, &report.findings)
+}
+
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Simulation>()?;
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(pattern, module)?)?;
     module.add_function(wrap_pyfunction!(render, module)?)?;
-    module.add_function(wrap_pyfunction!(compare, module)?)
+    module.add_function(wrap_pyfunction!(compare, module)?)?;
+    module.add_function(wrap_pyfunction!(check, module)?)
 }

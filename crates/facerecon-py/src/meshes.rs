@@ -37,6 +37,17 @@ fn write_mesh(
     py.detach(|| io::write_mesh(&path, &mesh, texture.as_ref())).map_err(|e| to_py(py, e))
 }
 
+/// Writes the features of a mesh beside its file, as `NAME.landmarks.toml`.
+#[pyfunction]
+fn write_landmarks(
+    py: Python<'_>,
+    path: PathBuf,
+    landmarks: BTreeMap<String, usize>,
+) -> PyResult<()> {
+    let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    template::write_landmarks(&path, &name, &landmarks).map(drop).map_err(|e| to_py(py, e))
+}
+
 /// A generic head.
 #[pyclass(frozen, module = "facerecon._core")]
 pub(crate) struct Template {
@@ -80,5 +91,6 @@ impl Template {
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Template>()?;
     module.add_function(wrap_pyfunction!(read_mesh, module)?)?;
-    module.add_function(wrap_pyfunction!(write_mesh, module)?)
+    module.add_function(wrap_pyfunction!(write_mesh, module)?)?;
+    module.add_function(wrap_pyfunction!(write_landmarks, module)?)
 }

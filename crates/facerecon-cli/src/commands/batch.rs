@@ -19,6 +19,13 @@ pub(super) fn batch(args: &BatchArgs, as_json: bool, terminal: &Terminal) -> Res
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
     let captures = find_captures(&args.captures)?;
+    let shared = batch::shared_names(&captures);
+    if !shared.is_empty() {
+        return Err(Failure::usage(format!(
+            "more than one capture is named {}; their results would overwrite each other",
+            shared.join(", ")
+        )));
+    }
     let frame = reconstruct::frame(args.frame);
     let bar = if terminal.quiet {
         ProgressBar::hidden()

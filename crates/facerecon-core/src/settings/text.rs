@@ -112,12 +112,7 @@ pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<
             }
             (kind, true) => {
                 let value = parse_value(kind, text);
-                check_choice(name, kind, &value)?;
-                if matches!(kind, Kind::Number | Kind::Integer) && value.is_str() {
-                    return Err(SettingsError::Malformed(format!(
-                        "{name} is {text:?}, but must be a number"
-                    )));
-                }
+                check_kind(name, kind, &value)?;
                 target.insert((*part).to_owned(), value);
             }
         }
@@ -125,17 +120,28 @@ pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<
     Ok(())
 }
 
-/// Names the parameter and its choices, which the TOML reader's own message does not.
-fn check_choice(name: &str, kind: &Kind, value: &toml::Value) -> Result<(), SettingsError> {
-    let (Kind::Choice(choices), Some(given)) = (kind, value.as_str()) else { return Ok(()) };
-    if choices.iter().any(|c| c.0 == given) {
+/// Names the parameter and what it must be, which the TOML reader's own message does not.
+fn check_kind(name: &str, kind: &Kind, value: &toml::Value) -> Result<(), SettingsError> {
+    let (fits, wanted) = match kind {
+        Kind::Number => (value.is_float() || value.is_integer(), "a number".to_owned()),
+        Kind::Integer => (value.is_integer(), "a whole number".to_owned()),
+        Kind::Switch => (value.is_bool(), "true or false".to_owned()),
+        Kind::Choice(choices) => {
+            let names: Vec<_> = choices.iter().map(|c| c.0).collect();
+            let fits = value.as_str().is_none_or(|given| names.contains(&given));
+            (fits, format!("one of {}", names.join(", ")))
+        }
+        Kind::List(inner) => match value.as_array() {
+            Some(items) => return items.iter().try_for_each(|i| check_kind(name, inner, i)),
+            None => (false, "a list, as [1, 2, 3]".to_owned()),
+        },
+        Kind::Optional(inner) => return check_kind(name, inner, value),
+        Kind::Text | Kind::Group(_) => return Ok(()),
+    };
+    if fits {
         return Ok(());
     }
-    let names: Vec<_> = choices.iter().map(|c| c.0).collect();
-    Err(SettingsError::Malformed(format!(
-        "{name} is {given:?}, but must be one of {}",
-        names.join(", ")
-    )))
+    Err(SettingsError::Malformed(format!("{name} is {value}, but must be {wanted}")))
 }
 
 fn parse_value(kind: &Kind, text: &str) -> toml::Value {

@@ -6,33 +6,44 @@
 >>> face.mesh.save("face.glb")
 """
 
-from . import errors
+from . import errors, landmarks, viz
 from ._core import FEATURES, __version__
 from .batch import BatchResult, batch
 from .capture import Capture, Rig
 from .errors import FaceReconError
-from .makers import Comparison, Simulation, compare, pattern, render, simulate
+from .makers import (
+    Comparison,
+    Finding,
+    Simulation,
+    check,
+    compare,
+    pattern,
+    render,
+    simulate,
+)
 from .mesh import Mesh
 from .params import Params
-from .progress import Event
-from .result import Cloud, Matches, Result, head, reconstruct
-from .stages import (
-    Deformed,
+from .photo_stages import (
     Dots,
     Rectified,
-    Registration,
-    deform,
     detect,
     equalize,
-    fit,
-    icp,
     match,
     rectify,
     sharpen,
-    smooth,
-    texture,
     thin,
     threshold,
+)
+from .progress import Event
+from .result import Cloud, Matches, Result, head, reconstruct
+from .shape_stages import (
+    Deformed,
+    Registration,
+    deform,
+    fit,
+    icp,
+    smooth,
+    texture,
     triangulate,
 )
 
@@ -46,6 +57,7 @@ __all__ = [
     "Dots",
     "Event",
     "FaceReconError",
+    "Finding",
     "Matches",
     "Mesh",
     "Params",
@@ -56,6 +68,7 @@ __all__ = [
     "Simulation",
     "__version__",
     "batch",
+    "check",
     "compare",
     "deform",
     "detect",
@@ -64,6 +77,7 @@ __all__ = [
     "fit",
     "head",
     "icp",
+    "landmarks",
     "match",
     "pattern",
     "reconstruct",
@@ -76,4 +90,5 @@ __all__ = [
     "thin",
     "threshold",
     "triangulate",
+    "viz",
 ]

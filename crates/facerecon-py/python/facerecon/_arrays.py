@@ -6,6 +6,7 @@ meaning); what is wrong is refused with the argument's name, its shape and what 
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -39,11 +40,15 @@ def refuse(name: str, value: npt.NDArray[Any], wanted: str) -> ParameterError:
     )
 
 
-def _numbers(name: str, value: object, wanted: str) -> npt.NDArray[Any]:
+def _array(name: str, value: object, wanted: str) -> npt.NDArray[Any]:
     try:
-        array = np.asarray(value)
+        return np.asarray(value)
     except ValueError as error:
         raise ParameterError(f"{name} is ragged, but {wanted} is wanted", "parameters") from error
+
+
+def _numbers(name: str, value: object, wanted: str) -> npt.NDArray[Any]:
+    array = _array(name, value, wanted)
     if array.dtype.kind not in "fiu":
         raise refuse(name, array, wanted)
     return array
@@ -83,9 +88,10 @@ def indices(name: str, value: object, columns: int, count: int) -> U32:
 
 def colors(name: str, value: object) -> U8:
     """``(n, 3)`` sRGB colours, uint8."""
-    array = np.asarray(value)
+    wanted = "an array (n, 3) of uint8"
+    array = _array(name, value, wanted)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype != np.uint8:
-        raise refuse(name, array, "an array (n, 3) of uint8")
+        raise refuse(name, array, wanted)
     return np.ascontiguousarray(array)
 
 
@@ -100,9 +106,10 @@ def column(name: str, value: object, count: int) -> F64:
 
 def picture(name: str, value: object) -> U8:
     """``(height, width, 3)`` sRGB, uint8."""
-    array = np.asarray(value)
+    wanted = "a picture (height, width, 3) of uint8"
+    array = _array(name, value, wanted)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8 or 0 in array.shape:
-        raise refuse(name, array, "a picture (height, width, 3) of uint8")
+        raise refuse(name, array, wanted)
     return np.ascontiguousarray(array)
 
 
@@ -120,11 +127,12 @@ def gray(name: str, value: object) -> F32:
         return np.ascontiguousarray(luma, dtype=np.float32)
     if array.ndim != 2 or 0 in array.shape:
         raise refuse(name, array, wanted)
-    if array.dtype == np.uint16:
+    if array.dtype.kind == "u" and array.dtype.itemsize == 2:
         return np.ascontiguousarray(array / np.float32(257.0), dtype=np.float32)
     if array.dtype.kind in "iu" and array.dtype != np.uint8:
         raise refuse(name, array, wanted + ", or float with levels 0 to 255")
-    levels = np.ascontiguousarray(array, dtype=np.float32)
+    with np.errstate(over="ignore"):  # what does not fit is infinite, and refused
+        levels = np.ascontiguousarray(array, dtype=np.float32)
     if not np.isfinite(levels).all():
         row, col = np.argwhere(~np.isfinite(levels))[0]
         raise ParameterError(
@@ -137,7 +145,7 @@ def gray(name: str, value: object) -> F32:
 
 def photo(name: str, value: object) -> PhotoParts:
     """A photo: colour, and grey with its fractions where the array is grey."""
-    array = np.asarray(value)
+    array = _array(name, value, "a photo (height, width, 3) or (height, width)")
     if array.ndim == 3:
         return picture(name, array), None
     levels = gray(name, array)
@@ -145,20 +153,59 @@ def photo(name: str, value: object) -> PhotoParts:
     return np.ascontiguousarray(np.repeat(rounded[:, :, None], 3, axis=2)), levels
 
 
+def floats(name: str, value: object) -> list[float]:
+    """Some finite numbers, in a row whatever their shape."""
+    array = _numbers(name, value, "a row of finite numbers").astype(np.float64).reshape(-1)
+    if not np.isfinite(array).all():
+        raise ParameterError(
+            f"{name} is {array.tolist()}, but finite numbers are wanted", "parameters"
+        )
+    return [float(v) for v in array]
+
+
+def whole(name: str, value: object, least: int, most: int) -> int:
+    """A whole number within bounds."""
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most:
+        raise ParameterError(
+            f"{name} is {value!r}, but a whole number from {least} to {most} is wanted",
+            "parameters",
+        )
+    return number
+
+
 def matrix(name: str, value: object, shape: tuple[int, ...]) -> Any:
-    """A small finite array of a fixed shape, as nested lists."""
-    wanted = f"finite numbers of shape {shape}"
+    """A small finite array of a fixed shape, as nested lists; a vector may be a row or a column."""
+    wanted = f"an array {shape} of finite numbers"
     array = _numbers(name, value, wanted).astype(np.float64)
-    if array.size == int(np.prod(shape)) and array.ndim <= 2 and len(shape) == 1:
+    if len(shape) == 1 and array.ndim == 2 and array.size == shape[0]:
         array = array.reshape(shape)
-    if array.shape != shape or not np.isfinite(array).all():
+    if array.shape != shape:
         raise refuse(name, array, wanted)
+    if not np.isfinite(array).all():
+        raise ParameterError(
+            f"{name} has shape {array.shape} and holds {array.tolist()}, but {wanted} is wanted",
+            "parameters",
+        )
     return array.tolist()
+
+
+def square(name: str, value: object) -> list[list[float]]:
+    """A finite (k, k) array, k odd, as nested lists."""
+    wanted = "an array (k, k) of finite numbers, k odd,"
+    array = _numbers(name, value, wanted)
+    if array.ndim != 2 or array.shape[0] != array.shape[1] or array.shape[0] % 2 == 0:
+        raise refuse(name, array, wanted)
+    nested: list[list[float]] = matrix(name, array, array.shape)
+    return nested
 
 
 def vertex_numbers(name: str, value: Sequence[int] | npt.NDArray[Any], count: int) -> list[int]:
     """Vertex numbers from 0 to ``count - 1``."""
-    array = np.asarray(value)
+    array = _array(name, value, "a list of vertex numbers")
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         raise refuse(name, array, "a list of vertex numbers")
     if array.size and (array.min() < 0 or array.max() >= count):

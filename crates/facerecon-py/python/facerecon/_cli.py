@@ -1,5 +1,6 @@
 """The ``facerecon`` command of the wheel: the same code as the cargo-installed one."""
 
+import signal
 import sys
 
 from . import _core
@@ -7,4 +8,6 @@ from . import _core
 
 def main() -> None:
     """Run the command line and exit with its code."""
+    # Python would only note Ctrl-C, and look at it when the command has ended
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_core.cli_main(sys.argv))

@@ -1,22 +1,21 @@
-"""Many captures: a process pool on one machine, or a Dask cluster; resumable."""
+"""Many captures: a pool of processes on one machine, or a Dask cluster; resumable."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Generator, Iterable
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import get_context
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from . import _core
+from ._pool import Job, failed, run_all, run_one
 from .errors import ParameterError
-from .params import Params, to_sets
-
-Job = tuple[str, str, str, str, str]
+from .params import Params, given_params
+from .progress import bar
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +50,13 @@ class BatchResult:
         return f"<facerecon.BatchResult: {words}>"
 
     def _repr_html_(self) -> str:
-        return _core.batch_tables(json.dumps(self.rows))[1]
+        page = _core.batch_tables(json.dumps(self.rows))[1]
+        # the table alone: the page's style would change the notebook's
+        return page[page.index("<table>") :]
 
 
 def batch(
-    captures: Iterable[str | PathLike[str]],
+    captures: str | PathLike[str] | Iterable[str | PathLike[str]],
     out: str | PathLike[str],
     *,
     workers: int | None = None,
@@ -67,33 +68,46 @@ def batch(
     progress: bool = False,
     **settings: Any,
 ) -> BatchResult:
-    """Reconstructs many captures, each into ``out/NAME``.
+    """Reconstructs many captures, each into ``out/NAME``, like ``facerecon batch``.
 
-    A capture that is finished is not done again unless its photos, the parameters, the template
-    or the version changed. One failure does not stop the rest.
+    A capture that is finished is not done again unless its photos, the parameters, the template,
+    the frame or the version changed. One failure does not stop the rest, be it an error or a
+    process that dies. Ctrl-C stops it within a second; what is finished by then is kept.
 
     Args:
-        captures: folders or ``capture.toml`` files; their folders' names must differ.
+        captures: capture folders or ``capture.toml`` files, or folders that hold such folders;
+            the captures' names must differ.
         out: folder for the results, and for ``batch.csv`` and ``batch.html``.
         workers: processes on this machine; by default one for each core.
         client: a ``dask.distributed.Client`` instead (extra ``[dask]``); its workers must see the
-            same paths. Captures of a worker that dies are given to another.
+            same paths and should have one thread each. Captures of a worker that dies are given
+            to another.
+        profile: ``"precise"`` (the default) or ``"facebuilder"``, the thesis.
+        params: all parameters; not together with ``profile`` or ``settings``.
+        template: name or file of the generic head.
+        frame: ``"model"`` or ``"camera"``: the frame of the files written.
         progress: draw a bar (extra ``[viz]``).
+        settings: single parameters in groups, e.g. ``smooth={"steps": 3}``.
+
+    Returns:
+        The table of results, also written to ``out`` as CSV and HTML.
 
     Raises:
         ParameterError: (a ``ValueError``) for parameters, or two captures of one name.
+        FileError: (an ``OSError``) for a template that cannot be read.
+        OSError: when the tables cannot be written.
+        ImportError: for a client or a bar without their extra.
     """
-    if params is not None and (profile is not None or settings):
-        raise ParameterError(
-            "params is given together with a profile or settings; put them into the Params",
-            "parameters",
-        )
-    if workers is not None and workers < 1:
+    core = given_params(profile, params, settings)
+    if workers is not None and (isinstance(workers, bool) or workers < 1):
         raise ParameterError(f"workers is {workers}, but 1 or more is wanted", "parameters")
-    core = params._core if params is not None else _core.Params(profile, None, to_sets(settings))
-    folder = Path(out).absolute()
-    paths = [Path(c).absolute() for c in captures]
-    names = [(p.parent if p.is_file() else p).name for p in paths]
+    if workers is not None and client is not None:
+        raise ParameterError("workers and client are given together; give one", "parameters")
+    if frame not in ("model", "camera"):
+        raise ParameterError(f'frame is {frame!r}, but must be "model" or "camera"', "parameters")
+    _core.Template.load(fspath(template))
+    paths = _captures(captures)
+    names = [_name(p) for p in paths]
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         raise ParameterError(
@@ -101,12 +115,18 @@ def batch(
             "each other",
             "parameters",
         )
+    folder = Path(out).absolute()
     common = (str(folder), core.to_toml(), fspath(template), frame)
     jobs: list[Job] = [(str(p), *common) for p in paths]
-    found = _on_dask(jobs, client, progress) if client is not None else _on_pool(
-        jobs, workers or os.cpu_count() or 1, progress
-    )
-    rows = [found[i] for i in range(len(jobs))]
+    if client is not None:
+        finished = _on_dask(jobs, client)
+    else:
+        finished = run_all(jobs, workers or os.cpu_count() or 1)
+    rows: list[dict[str, Any]] = [{}] * len(jobs)
+    with bar(len(jobs), "capture", progress) as advance, closing(finished):
+        for number, row in finished:
+            rows[number] = {**row, "name": names[number]}
+            advance()
     csv_text, html_text = _core.batch_tables(json.dumps(rows))
     folder.mkdir(parents=True, exist_ok=True)
     csv, page = folder / "batch.csv", folder / "batch.html"
@@ -115,84 +135,41 @@ def batch(
     return BatchResult(rows, csv, page)
 
 
-def run_one(job: Job) -> dict[str, Any]:
-    """One capture, in a worker."""
-    capture, out, toml, template, frame = job
-    try:
-        params = _core.Params(None, toml, [])
-        row: dict[str, Any] = json.loads(_core.batch_run(capture, out, template, params, frame))
-    except Exception as error:  # one failure does not stop the rest
-        row = failed(job, str(error))
-    return row
+def _name(capture: Path) -> str:
+    return (capture.parent if capture.is_file() else capture).name
 
 
-def failed(job: Job, why: str) -> dict[str, Any]:
-    """The row of a capture whose worker could not even begin."""
-    path = Path(job[0])
-    row: dict[str, Any] = dict.fromkeys(
-        ("matches", "face_width_mm", "face_height_mm", "total_ms")
-    )
-    name = (path.parent if path.is_file() else path).name
-    return {"name": name, "status": "failed", **row, "warnings": 0, "error": why}
-
-
-def _on_pool(jobs: list[Job], workers: int, progress: bool) -> dict[int, dict[str, Any]]:
-    found: dict[int, dict[str, Any]] = {}
-    bar = _bar(len(jobs), progress)
-    # a new interpreter for each worker: threads of the core do not survive a fork
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(min(workers, max(1, len(jobs))), mp_context=spawn) as pool:
-        futures = {pool.submit(run_one, job): i for i, job in enumerate(jobs)}
-        try:
-            for future in as_completed(futures):
-                number = futures[future]
-                error = future.exception()
-                found[number] = (
-                    future.result() if error is None else failed(jobs[number], str(error))
-                )
-                bar.update()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-        finally:
-            bar.close()
+def _captures(given: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Path]:
+    """The captures named, and those in the folders named, in the order of their names."""
+    several = [given] if isinstance(given, str | PathLike) else given
+    found: list[Path] = []
+    for path in (Path(g).absolute() for g in several):
+        inside: list[Path] = []
+        if path.is_dir() and not (path / "capture.toml").is_file():
+            inside = sorted(p.parent for p in path.glob("*/capture.toml"))
+        found += inside or [path]
     return found
 
 
-def _on_dask(jobs: list[Job], client: Any, progress: bool) -> dict[int, dict[str, Any]]:
-    from distributed import as_completed as as_they_end
+def _on_dask(jobs: list[Job], client: Any) -> Generator[tuple[int, dict[str, Any]], None, None]:
+    """Numbers and rows as they end. Dask gives the work of a dead worker to another by itself."""
+    try:
+        from distributed import as_completed
+    except ImportError as error:
+        raise ImportError("a client needs Dask: pip install 'facerecon[dask]'") from error
 
-    found: dict[int, dict[str, Any]] = {}
-    bar = _bar(len(jobs), progress)
-    futures = client.map(run_one, jobs, pure=False, retries=3)
+    futures = client.map(run_one, jobs, pure=False)
     numbers = {future.key: i for i, future in enumerate(futures)}
     try:
-        for future in as_they_end(futures):
+        for future in as_completed(list(futures)):
             number = numbers[future.key]
             if future.status == "finished":
-                found[number] = future.result()
+                row = future.result()
             else:
-                found[number] = failed(jobs[number], str(future.exception()))
-            bar.update()
-    except BaseException:
-        client.cancel(futures)
-        raise
+                row = failed(jobs[number], str(future.exception()))
+            # else it would be worked out again should the worker that remembers it die
+            futures.remove(future)
+            future.release()
+            yield number, row
     finally:
-        bar.close()
-    return found
-
-
-class _NoBar:
-    def update(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
-
-
-def _bar(total: int, progress: bool) -> Any:
-    if not progress:
-        return _NoBar()
-    from tqdm.auto import tqdm
-
-    return tqdm(total=total, unit="capture")
+        client.cancel(futures)

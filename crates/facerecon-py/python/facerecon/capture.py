@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arrays import F64, U8, ExtraParts, RigParts, matrix, photo
+from ._arrays import F64, U8, ExtraParts, RigParts, floats, matrix, photo, whole
+from ._html import figure, thumbnail
 from .errors import ParameterError
 
+#: A place in both photos: ``((xl, yl), (xr, yr))``, pixels.
+Pair = tuple[tuple[float, float], tuple[float, float]]
 SEEDS = ("head", "left_ear", "right_ear")
 
 
@@ -25,6 +28,9 @@ class Rig:
         D1, D2: up to 8 distortion coefficients ``k1 k2 p1 p2 k3 k4 k5 k6``.
         R, T: (3, 3) rotation and (3,) translation, mm: ``X_right = R X_left + T``.
         image_size: (width, height) of the photos it was calibrated on, or ``None``.
+
+    Raises:
+        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
     """
 
     K1: Any
@@ -42,6 +48,10 @@ class Rig:
             )
         for name in ("D1", "D2"):
             object.__setattr__(self, name, np.array(_lens(f"rig.{name}", getattr(self, name))))
+        if self.image_size is not None:
+            sides = matrix("rig.image_size", self.image_size, (2,))
+            size = tuple(whole("rig.image_size", int(n), 1, 10**6) for n in sides)
+            object.__setattr__(self, "image_size", size)
         for name in ("K1", "K2"):
             _camera(f"rig.{name}", getattr(self, name))
 
@@ -63,14 +73,30 @@ class Rig:
         principal_left: Sequence[float],
         principal_right: Sequence[float],
     ) -> Rig:
-        """A parallel rig: equal focal lengths, no distortion, level rows (thesis Eq. 2.2)."""
+        """A parallel rig: equal focal lengths, no distortion, level rows (thesis Eq. 2.2).
+
+        Args:
+            baseline_mm: distance between the cameras.
+            focal_px: focal length of both.
+            principal_left, principal_right: ``(x, y)`` of the principal points, pixels.
+
+        Raises:
+            ParameterError: (a ``ValueError``) for values that make no camera.
+        """
+        baseline_mm, focal_px = floats("baseline_mm, focal_px", [baseline_mm, focal_px])
+        principal_left = matrix("principal_left", principal_left, (2,))
+        principal_right = matrix("principal_right", principal_right, (2,))
         left = [[focal_px, 0, principal_left[0]], [0, focal_px, principal_left[1]], [0, 0, 1]]
         right = [[focal_px, 0, principal_right[0]], [0, focal_px, principal_right[1]], [0, 0, 1]]
         lens = [0.0] * 5
         return cls(left, lens, right, lens, np.eye(3), [-float(baseline_mm), 0.0, 0.0])
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write an OpenCV calibration (YAML)."""
+        """Write an OpenCV calibration (YAML), mm.
+
+        Raises:
+            FileError: (an ``OSError``) when it cannot be written.
+        """
         _core.write_rig(fspath(path), self._parts())
 
     @property
@@ -91,12 +117,12 @@ class Rig:
 
 
 def _lens(name: str, value: Any) -> list[float]:
-    array = np.asarray(value, dtype=np.float64).reshape(-1)
-    if array.size > 8 or not np.isfinite(array).all():
+    numbers = floats(name, value)
+    if len(numbers) > 8:
         raise ParameterError(
-            f"{name} has {array.size} numbers, but up to 8 finite ones are wanted", "parameters"
+            f"{name} has {len(numbers)} numbers, but up to 8 are wanted", "parameters"
         )
-    return [float(v) for v in array]
+    return numbers
 
 
 def _camera(name: str, k: F64) -> None:
@@ -114,9 +140,18 @@ def _marks(name: str, marks: Mapping[str, Any]) -> dict[str, list[float]]:
     for key, value in marks.items():
         if isinstance(value, Mapping):
             value = [value.get("left"), value.get("right")]
-        flat = matrix(f"{name}[{key!r}]", np.asarray(value, dtype=np.float64).reshape(-1), (4,))
+        flat = floats(f"{name}[{key!r}]", value)
+        if len(flat) != 4:
+            raise ParameterError(
+                f"{name}[{key!r}] has {len(flat)} numbers, but ((xl, yl), (xr, yr)) is wanted",
+                "parameters",
+            )
         found[key] = flat
     return found
+
+
+def _pair(m: Sequence[float]) -> Pair:
+    return (m[0], m[1]), (m[2], m[3])
 
 
 def _features(landmarks: Mapping[str, Any]) -> dict[str, list[float]]:
@@ -166,6 +201,10 @@ class Capture:
         landmarks: Mapping[str, Any] | None = None,
         extra: Sequence[Mapping[str, Any]] = (),
     ) -> None:
+        if rig is not None and not isinstance(rig, Rig):
+            raise ParameterError(
+                f"rig is a {type(rig).__name__}, but a facerecon.Rig is wanted", "parameters"
+            )
         photos = {"left": photo("left", left), "right": photo("right", right)}
         if (left_plain is None) != (right_plain is None):
             raise ParameterError(
@@ -184,15 +223,9 @@ class Capture:
                     "parameters",
                 )
         if kind not in ("dots", "stripes"):
-            raise ParameterError(
-                f'kind is {kind!r}, but must be "dots" or "stripes"', "parameters"
-            )
-        if not (1 <= rows <= 10000 and 2 <= columns <= 10000 and np.isfinite(rotation_deg)):
-            raise ParameterError(
-                f"the pattern has {columns} columns and {rows} rows, turned by {rotation_deg}; "
-                "2 to 10000 columns, 1 to 10000 rows and a finite angle are wanted",
-                "parameters",
-            )
+            raise ParameterError(f'kind is {kind!r}, but must be "dots" or "stripes"', "parameters")
+        shape = whole("columns", columns, 2, 10_000), whole("rows", rows, 1, 10_000)
+        (turn,) = floats("rotation_deg", [rotation_deg])
         marks = None if seeds is None else _marks("seeds", seeds)
         if marks is not None and set(marks) != set(SEEDS):
             raise ParameterError(
@@ -204,7 +237,7 @@ class Capture:
             photos["right"],
             plain,
             [_extra(i, e) for i, e in enumerate(extra)],
-            (kind, int(columns), int(rows), float(rotation_deg)),
+            (kind, *shape, turn),
             None if rig is None else rig._parts(),
             marks,
             features,
@@ -212,7 +245,7 @@ class Capture:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Capture:
-        """Read a capture folder, or its ``capture.toml``.
+        """Read a capture folder, or its ``capture.toml``; :attr:`warnings` says what was odd.
 
         Raises:
             FileError: (an ``OSError``) naming the file and what is wrong with it.
@@ -226,11 +259,25 @@ class Capture:
         return capture
 
     def with_landmarks(self, landmarks: Mapping[str, Any]) -> Capture:
-        """The same capture with these features marked, each ``((xl, yl), (xr, yr))``, pixels."""
+        """The same capture with these features marked, in place of those it had.
+
+        Args:
+            landmarks: ``((xl, yl), (xr, yr))`` by name, pixels of the photos.
+
+        Raises:
+            ParameterError: (a ``ValueError``) for unknown names and marks that are not two places.
+        """
         return Capture._wrap(self._core.with_features(_features(landmarks)))
 
     def save(self, folder: str | PathLike[str]) -> str:
-        """Write a capture folder; gives the path of its ``capture.toml``."""
+        """Write a capture folder: photos, calibration and ``capture.toml``.
+
+        Returns:
+            The path of its ``capture.toml``.
+
+        Raises:
+            FileError: (an ``OSError``) naming the file that could not be written.
+        """
         return fspath(self._core.write(fspath(folder)))
 
     @property
@@ -270,6 +317,17 @@ class Capture:
         return {"kind": kind, "columns": columns, "rows": rows, "rotation_deg": rotation}
 
     @property
+    def seeds(self) -> dict[str, Pair] | None:
+        """The thesis's three marked pairs ``((xl, yl), (xr, yr))``, pixels, or ``None``."""
+        marked = self._core.seeds
+        return None if marked is None else {name: _pair(m) for name, m in marked.items()}
+
+    @property
+    def landmarks(self) -> dict[str, Pair]:
+        """The marked features ``((xl, yl), (xr, yr))`` by name, pixels."""
+        return {name: _pair(m) for name, m in self._core.features.items()}
+
+    @property
     def warnings(self) -> list[str]:
         """What reading it found odd."""
         return self._core.warnings
@@ -281,11 +339,11 @@ class Capture:
         return f"<facerecon.Capture: {width}x{height} px, {plain} plain pair, {rig}>"
 
     def _repr_html_(self) -> str:
-        from ._html import figure
-
-        pair = np.concatenate([self.left, self.right], axis=1)
-        step = max(1, pair.shape[1] // 900)
-        return figure(np.ascontiguousarray(pair[::step, ::step]), repr(self))
+        pairs = [(self.left, self.right)]
+        if self.left_plain is not None and self.right_plain is not None:
+            pairs.append((self.left_plain, self.right_plain))
+        lines = [np.concatenate([thumbnail(p, 380) for p in pair], axis=1) for pair in pairs]
+        return figure(np.concatenate(lines, axis=0), repr(self))
 
 
 def _extra(number: int, given: Mapping[str, Any]) -> ExtraParts:
@@ -306,4 +364,12 @@ def _extra(number: int, given: Mapping[str, Any]) -> ExtraParts:
 
 def as_capture(capture: Capture | str | PathLike[str]) -> Capture:
     """A capture, or the one at a path."""
-    return capture if isinstance(capture, Capture) else Capture.load(capture)
+    if isinstance(capture, Capture):
+        return capture
+    if isinstance(capture, str | PathLike):
+        return Capture.load(capture)
+    raise ParameterError(
+        f"capture is a {type(capture).__name__}, but a facerecon.Capture or the path of one is "
+        "wanted",
+        "parameters",
+    )

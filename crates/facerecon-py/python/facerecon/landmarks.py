@@ -18,7 +18,7 @@ import numpy as np
 
 from ._arrays import F32, F64, U8
 from .capture import Capture, as_capture
-from .errors import InputError
+from .errors import InputError, ParameterError
 
 #: Number of each feature among the model's 478 points. Its ears are the edge of the face only.
 POINTS = {
@@ -66,11 +66,19 @@ class Proposal:
 def propose(capture: Capture | str | PathLike[str]) -> dict[str, Proposal]:
     """Proposes the 18 features from the photos without the pattern.
 
-    ``capture.with_landmarks(marks(propose(capture)))`` gives them to the reconstruction.
+    ``capture.with_landmarks(marks(propose(capture)))`` gives them to the reconstruction (thesis
+    section 6.5.2, where they are marked by hand).
+
+    Args:
+        capture: a :class:`facerecon.Capture`, or its path.
+
+    Returns:
+        A proposal for each of :data:`facerecon.FEATURES`, pixels, with its confidence.
 
     Raises:
         ImportError: when the extra is missing; says what to install.
         InputError: without a plain pair, or when no face is found.
+        FileError: (an ``OSError``) for a capture that cannot be read.
     """
     photos = as_capture(capture)
     if photos.left_plain is None or photos.right_plain is None:
@@ -93,7 +101,20 @@ def propose(capture: Capture | str | PathLike[str]) -> dict[str, Proposal]:
 def marks(
     proposed: dict[str, Proposal], least: float = 0.5
 ) -> dict[str, tuple[tuple[float, float], tuple[float, float]]]:
-    """The proposals of at least this confidence, as :class:`facerecon.Capture` takes them."""
+    """The proposals worth keeping, as :class:`facerecon.Capture` takes them.
+
+    Args:
+        proposed: what :func:`propose` gave.
+        least: least confidence, 0 to 1.
+
+    Returns:
+        ``((xl, yl), (xr, yr))`` by name, pixels.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for a confidence outside 0 to 1.
+    """
+    if not 0.0 <= least <= 1.0:
+        raise ParameterError(f"least is {least}, but 0 to 1 is wanted", "parameters")
     return {n: (p.left, p.right) for n, p in proposed.items() if p.confidence >= least}
 
 

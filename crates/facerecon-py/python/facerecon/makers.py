@@ -1,8 +1,9 @@
-"""Makers and judges around the pipeline: simulate, pattern, render, compare."""
+"""Makers and judges around the pipeline: simulate, pattern, check, render, compare."""
 
 from __future__ import annotations
 
 import json
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -13,15 +14,18 @@ import numpy.typing as npt
 
 from . import _core
 from ._arrays import F32, F64, U8, column
-from .capture import Capture
+from .capture import Capture, as_capture
 from .errors import ParameterError
-from .mesh import Mesh
+from .mesh import Mesh, as_mesh
 from .params import to_sets
 from .progress import Callback, watcher
 
 
 class Simulation:
-    """A simulated capture and its truth; made by :func:`simulate`."""
+    """A simulated capture and its truth; made by :func:`simulate`.
+
+    No features are marked in the capture; a made-up person's has the thesis's three pairs.
+    """
 
     def __init__(self, core: _core.Simulation) -> None:
         self._core = core
@@ -52,8 +56,18 @@ class Simulation:
         return self._core.camera_from_model()
 
     def save(self, folder: str | PathLike[str]) -> str:
-        """Write the capture folder with the truth beside it; gives the path of ``capture.toml``."""
+        """Write the capture folder with the truth beside it.
+
+        Returns:
+            The path of ``capture.toml``.
+
+        Raises:
+            FileError: (an ``OSError``) naming the file that could not be written.
+        """
         return fspath(self._core.save(fspath(folder)))
+
+    def __repr__(self) -> str:
+        return f"<facerecon.Simulation of {self.mesh!r}: {self.capture!r}>"
 
     def _repr_html_(self) -> str:
         return self.capture._repr_html_()
@@ -71,19 +85,30 @@ def simulate(
     Args:
         mesh: model frame (x right, y up, z toward the viewer), mm, with texture or vertex
             colours; by default the made-up person number ``subject``.
+        subject: number of the made-up person, 0 or more; the same number is the same person.
+        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
         settings: of the rig, e.g. ``distance_mm=1300``, ``toe_in_deg=4``, ``yaw_deg=10``,
-            ``pattern={"columns": 60}``; ``facerecon simulate --set help`` lists all.
+            ``pattern={"columns": 60}``; an unknown name is answered with all of them.
+
+    Returns:
+        The capture and its truth.
 
     Raises:
+        ParameterError: (a ``ValueError``) for arguments and settings.
         SimulateError: for a subject outside the photos or an impossible rig.
     """
-    if subject < 0:
-        raise ParameterError(f"subject is {subject}, but 0 or more is wanted", "parameters")
-    parts = None if mesh is None else mesh._parts()
-    skin = None if mesh is None else mesh._texture()
-    watch = watcher(progress)
+    if not isinstance(subject, int | np.integer) or not 0 <= subject < 2**64:
+        raise ParameterError(
+            f"subject is {subject!r}, but a whole number from 0 is wanted", "parameters"
+        )
+    parts = skin = None
+    if mesh is not None:
+        parts, skin = as_mesh("mesh", mesh)._parts(), mesh._texture()
+    watch = watcher(progress, ("simulate",))
     try:
-        return Simulation(_core.simulate(subject, parts, skin, to_sets(settings), watch.callback))
+        return Simulation(
+            _core.simulate(int(subject), parts, skin, to_sets(settings), watch.callback)
+        )
     finally:
         watch.close()
 
@@ -91,10 +116,51 @@ def simulate(
 def pattern(**settings: Any) -> U8:
     """The image to project, (height, width, 3) uint8: a lattice of dots, or stripes.
 
-    Settings: ``kind``, ``columns``, ``rows``, ``width_px``, ``height_px``, ``dot_fraction``,
-    ``margin_fraction``, ``rotation_deg``.
+    Args:
+        settings: ``kind`` (``"dots"`` or ``"stripes"``), ``columns``, ``rows``, ``width_px``,
+            ``height_px``, ``dot_fraction``, ``margin_fraction``, ``rotation_deg``.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for unknown settings and values out of range.
+        PatternError: for a pattern that cannot be made.
     """
     return _core.pattern(to_sets(settings))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A rule for a good capture, and how it was kept.
+
+    Attributes:
+        rule: its name.
+        verdict: ``"good"``, ``"warning"``, or ``"unknown"`` when it could not be measured.
+        message: what was found and what is wanted, with figures.
+        advice: what to do about it; empty when nothing.
+    """
+
+    rule: str
+    verdict: str
+    message: str
+    advice: str
+
+
+def check(capture: Capture | str | PathLike[str], **settings: Any) -> list[Finding]:
+    """Whether the photographs will do, by the rules of thesis section 6.5.1; ``facerecon check``.
+
+    Args:
+        capture: a :class:`Capture`, or its path.
+        settings: limits of the rules, e.g. ``min_width=640``; an unknown name is answered with all
+            of them.
+
+    Returns:
+        One finding a rule. A capture that breaks one may still be reconstructed.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for settings.
+        FileError: (an ``OSError``) for a capture that cannot be read.
+    """
+    found = json.loads(_core.check(as_capture(capture)._core, to_sets(settings)))
+    return [Finding(**finding) for finding in found]
 
 
 def render(
@@ -110,6 +176,7 @@ def render(
     """A picture (height, width, 3) uint8 of a mesh from named views, side by side; no display.
 
     Args:
+        mesh: the mesh, with faces.
         view: ``front``, ``three-quarter``, ``profile`` ..., or several.
         mode: ``shaded``, ``textured``, ``lit``, ``wireframe`` or ``heat``; by default what the
             mesh has.
@@ -117,17 +184,33 @@ def render(
         limit_mm: value at the end of the scale.
         frame: ``"model"`` or ``"camera"``: the mesh's axes.
         size: (width, height) of each picture, pixels.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for arguments.
+        RenderError: for a mesh that cannot be drawn, or a picture too large.
     """
+    as_mesh("mesh", mesh)
     values = None if heat is None else column("heat", heat, len(mesh.vertices))
+    if values is not None and not (np.isnan(values) | ((values >= 0) & (values < np.inf))).all():
+        raise ParameterError(
+            f"heat has shape {values.shape} and values from {np.nanmin(values)} to "
+            f"{np.nanmax(values)}, but finite values of at least 0 are wanted, NaN where unknown",
+            "parameters",
+        )
     if mode is None:
         coloured = mesh.texture is not None or mesh.colors is not None
         mode = "heat" if values is not None else "lit" if coloured else "shaded"
     views = [view] if isinstance(view, str) else list(view)
-    if len(size) != 2 or min(size) < 1:
-        raise ParameterError(f"size is {size}, but (width, height) is wanted", "parameters")
-    picture_size = int(size[0]), int(size[1])
+    try:
+        width, height = (operator.index(n) for n in size)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(
+            f"size is {size!r}, but (width, height) is wanted", "parameters"
+        ) from error
+    if min(width, height) < 1:
+        raise ParameterError(f"size is {size}, but at least (1, 1) is wanted", "parameters")
     return _core.render(
-        mesh._parts(), mesh._texture(), values, limit_mm, views, mode, frame, picture_size
+        mesh._parts(), mesh._texture(), values, limit_mm, views, mode, frame, (width, height)
     )
 
 
@@ -153,15 +236,33 @@ class Comparison:
     def __repr__(self) -> str:
         return f"<facerecon.Comparison: median {self.median_mm:.3f} mm>"
 
+    def _repr_html_(self) -> str:
+        cells = ["<th></th><th>median</th><th>90 %</th><th>99 %</th><th>greatest</th>"]
+        for when, both in self.facts.items():
+            if when not in ("before", "after") or both is None:
+                continue
+            for side in ("first_to_second", "second_to_first"):
+                numbers = [both[side][k] for k in ("median_mm", "p90_mm", "p99_mm", "max_mm")]
+                words = f"{side.replace('_', ' ')}, {when} alignment"
+                cells.append(f"<td>{words}</td>" + "".join(f"<td>{n:.3f}</td>" for n in numbers))
+        return "<table>" + "".join(f"<tr>{row}</tr>" for row in cells) + "</table><p>mm</p>"
+
 
 def compare(first: Mesh, second: Mesh, *, region: Any = None, **settings: Any) -> Comparison:
     """Distances between two meshes, as they lie and after the best alignment.
 
     Args:
+        first, second: the meshes; lengths are theirs, millimetres by custom.
         region: (n,) bool, the vertices of ``first`` that count.
-        settings: ``alignment`` (``none``, ``rigid``, ``similarity``), ``samples``, ``keep``,
+        settings: ``alignment`` (``"none"``, ``"rigid"``, ``"similarity"``), ``samples``, ``keep``,
             ``iterations``, ``reach_mm``.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for arguments and settings.
+        CompareError: for meshes that cannot be compared.
     """
+    as_mesh("first", first)
+    as_mesh("second", second)
     mask = None
     if region is not None:
         array = np.asarray(region)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import html
+import importlib
+import warnings
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
 
@@ -10,11 +13,15 @@ import numpy as np
 
 from . import _core
 from ._arrays import F64, U8, U32, MeshParts, colors, indices, picture, rows
+from ._html import figure
 from .errors import ParameterError
 
 
 class Mesh:
     """A triangle mesh, with texture coordinates, texture and named features where it has them.
+
+    Arrays that fit are kept, not copied; others are converted (Fortran order, strides, float32,
+    integers, lists). They may be changed in place: every use checks them again.
 
     Args:
         vertices: (n, 3), millimetres unless said otherwise.
@@ -82,23 +89,52 @@ class Mesh:
     def load(cls, path: str | PathLike[str]) -> Mesh:
         """Read OBJ (+MTL, texture), VRML 1.0/2.0, PLY, GLB or STL; vertices keep the file's order.
 
+        What the file has but cannot be used is told as a :class:`UserWarning`. Landmarks come with
+        :func:`facerecon.head`.
+
+        Args:
+            path: the file; its ending, else its first bytes, tell the format.
+
+        Returns:
+            The mesh in the file's own units.
+
         Raises:
             FileError: (an ``OSError``) naming the file and what is wrong with it.
         """
-        parts, texture, _warnings = _core.read_mesh(fspath(path))
+        parts, texture, found = _core.read_mesh(fspath(path))
+        for text in found:
+            warnings.warn(f"{fspath(path)}: {text}", stacklevel=2)
         return cls._from_parts(parts, texture)
 
-    def save(self, path: str | PathLike[str]) -> None:
+    def save(self, path: str | PathLike[str], landmarks: bool = False) -> None:
         """Write ``.obj`` (+MTL, PNG), ``.ply``, ``.glb`` (texture inside) or ``.stl``.
+
+        Args:
+            path: the file; its ending tells the format. It is written whole or not at all.
+            landmarks: also write ``NAME.landmarks.toml`` beside it, so that
+                ``fr.head(path)`` and ``--template`` take it as a generic head.
 
         Raises:
             FileError: (an ``OSError``) for an ending that cannot be written, or a full disk.
         """
         _core.write_mesh(fspath(path), self._parts(), self._texture())
+        if landmarks:
+            _core.write_landmarks(fspath(path), self.landmarks)
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
-        """From a ``trimesh.Trimesh``, with its texture or vertex colours."""
+        """From a ``trimesh.Trimesh``, with its texture or vertex colours.
+
+        Args:
+            mesh: the mesh; a ``trimesh.Scene`` is refused, ``scene.to_geometry()`` makes one mesh.
+
+        Raises:
+            ParameterError: (a ``ValueError``) for something else than triangles.
+        """
+        if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+            raise ParameterError(
+                f"mesh is a {type(mesh).__name__}, but a trimesh.Trimesh is wanted", "parameters"
+            )
         visual = getattr(mesh, "visual", None)
         kind = getattr(visual, "kind", None)
         uv = texture = vertex_colors = None
@@ -115,8 +151,15 @@ class Mesh:
         return cls(mesh.vertices, mesh.faces, uv=uv, texture=texture, colors=vertex_colors)
 
     def to_trimesh(self) -> Any:
-        """As a ``trimesh.Trimesh``; vertices on texture seams are doubled."""
-        import trimesh
+        """As a ``trimesh.Trimesh`` (extra ``[mesh]``).
+
+        Vertices on texture seams are doubled and those of no face left out, since trimesh has one
+        texture coordinate a vertex; without ``uv`` numbers stay as they are.
+
+        Raises:
+            ImportError: without trimesh.
+        """
+        trimesh = _wanted("trimesh")
 
         if self.uv is None or self.uv_faces is None:
             return trimesh.Trimesh(
@@ -125,15 +168,17 @@ class Mesh:
         vertices, faces, uv = self._unwelded()
         image = None
         if self.texture is not None:
-            from PIL import Image
-
-            image = Image.fromarray(self.texture)
+            image = _wanted("PIL.Image").fromarray(self.texture)
         visual = trimesh.visual.TextureVisuals(uv=uv, image=image)
         return trimesh.Trimesh(vertices, faces, visual=visual, process=False)
 
     def to_open3d(self) -> Any:
-        """As an ``open3d.geometry.TriangleMesh``."""
-        import open3d as o3d
+        """As an ``open3d.geometry.TriangleMesh``, numbers unchanged.
+
+        Raises:
+            ImportError: without open3d.
+        """
+        o3d = _wanted("open3d")
 
         mesh = o3d.geometry.TriangleMesh(
             o3d.utility.Vector3dVector(self.vertices),
@@ -153,7 +198,14 @@ class Mesh:
         return mesh
 
     def transformed(self, target_from_source: Any) -> Mesh:
-        """The mesh in another frame, by a 4x4 matrix."""
+        """The mesh in another frame: ``x -> A x + t``.
+
+        Args:
+            target_from_source: (4, 4) matrix ``[[A, t], [0, 1]]``.
+
+        Raises:
+            ParameterError: (a ``ValueError``) for another shape.
+        """
         matrix = rows("target_from_source", target_from_source, 4)
         if matrix.shape != (4, 4):
             raise ParameterError(
@@ -163,17 +215,33 @@ class Mesh:
 
     def render(
         self,
-        view: str | tuple[str, ...] | list[str] = "front",
+        view: str | Sequence[str] = "front",
         mode: str | None = None,
         size: tuple[int, int] = (400, 460),
     ) -> U8:
-        """A picture (height, width, 3) from named views; see :func:`facerecon.render`."""
+        """A picture (height, width, 3) uint8 from named views, as :func:`facerecon.render` makes it.
+
+        Args:
+            view: ``front``, ``three-quarter``, ``profile`` ..., or several.
+            mode: ``shaded``, ``textured``, ``lit`` or ``wireframe``; by default what the mesh has.
+            size: (width, height) of each picture, pixels.
+        """
         from .makers import render
 
         return render(self, view, mode=mode, size=size)
 
+    def show(self) -> Any:
+        """An interactive view for notebooks (extra ``[viz]``): show it as a cell's last value.
+
+        Raises:
+            ImportError: without k3d.
+        """
+        from .viz import show3d
+
+        return show3d(self)
+
     def _unwelded(self) -> tuple[F64, U32, F64]:
-        """Vertices doubled where their texture coordinates differ; those of no face are left out."""
+        """Vertices doubled where their texture coordinates differ, without those of no face."""
         assert self.uv is not None and self.uv_faces is not None
         pairs = np.stack([self.faces.reshape(-1), self.uv_faces.reshape(-1)], axis=1)
         unique, inverse = np.unique(pairs, axis=0, return_inverse=True)
@@ -227,9 +295,20 @@ class Mesh:
         return f"<facerecon.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces{words}>"
 
     def _repr_html_(self) -> str:
-        from ._html import figure
+        if not len(self.faces):
+            return f"<p>{html.escape(repr(self))}</p>"
+        views = ("front", "three-quarter", "profile")
+        return figure(self.render(views, size=(260, 300)), repr(self))
 
-        return figure(self.render(("front", "three-quarter", "profile"), size=(260, 300)), repr(self))
+
+def as_mesh(name: str, value: Any) -> Mesh:
+    """A mesh, and nothing else."""
+    if isinstance(value, Mesh):
+        return value
+    shape = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
+    raise ParameterError(
+        f"{name} is a {type(value).__name__}{shape}, but a facerecon.Mesh is wanted", "parameters"
+    )
 
 
 def _colors(value: Any, count: int) -> U8:
@@ -240,3 +319,12 @@ def _colors(value: Any, count: int) -> U8:
             "parameters",
         )
     return array
+
+
+def _wanted(module: str) -> Any:
+    """An optional companion, or what to install."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        what = "open3d" if module == "open3d" else "'facerecon[mesh]'"
+        raise ImportError(f"this needs {module}: pip install {what}") from error

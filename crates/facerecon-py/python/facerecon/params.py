@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Mapping
 from os import PathLike
@@ -21,9 +22,10 @@ class Params:
         profile: ``"precise"`` or ``"facebuilder"``; ``None`` for that of ``config``, else
             ``"precise"``.
         config: path of a TOML file, as ``facerecon params`` prints it.
-        settings: groups as dictionaries, ``smooth={"steps": 3}``, or dotted names in a
-            dictionary, ``**{"smooth.steps": 3}``. ``print(Params().to_toml())`` lists all with
-            meaning, unit and range.
+        settings: groups as dictionaries, ``smooth={"steps": 3, "lambda_": 0.4}`` (a trailing
+            underscore does not count), or dotted names in a dictionary,
+            ``**{"smooth.steps": 3}``. ``print(Params().to_toml())`` lists all with meaning, unit
+            and range.
 
     Raises:
         ParameterError: (a ``ValueError``) for unknown names and values out of range.
@@ -45,7 +47,11 @@ class Params:
         self._core = _core.Params(profile, text, to_sets(settings))
 
     def to_toml(self) -> str:
-        """The whole commented TOML, as the command line reads it."""
+        """All parameters as commented TOML, as ``facerecon --config`` reads it.
+
+        Returns:
+            Each value with its meaning, unit, range and default.
+        """
         return self._core.to_toml()
 
     def to_dict(self) -> dict[str, Any]:
@@ -54,8 +60,15 @@ class Params:
         return values
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`to_toml` to a file."""
-        Path(path).write_text(self.to_toml(), encoding="utf-8")
+        """Write :meth:`to_toml` to a file.
+
+        Raises:
+            FileError: (an ``OSError``) when it cannot be written.
+        """
+        try:
+            Path(path).write_text(self.to_toml(), encoding="utf-8")
+        except OSError as error:
+            raise FileError(f"cannot write parameters {path}: {error}", "file") from error
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Params) and self.to_dict() == other.to_dict()
@@ -69,9 +82,8 @@ class Params:
         return f"<facerecon.Params, profile {self.to_dict()['profile']!r}>"
 
     def _repr_html_(self) -> str:
-        import html
-
-        return f"<details><summary>{html.escape(repr(self))}</summary><pre>{html.escape(self.to_toml())}</pre></details>"
+        summary, text = html.escape(repr(self)), html.escape(self.to_toml())
+        return f"<details><summary>{summary}</summary><pre>{text}</pre></details>"
 
 
 def _restore(toml: str) -> Params:
@@ -87,7 +99,9 @@ def to_sets(settings: Mapping[str, Any], prefix: str = "") -> list[tuple[str, st
         if isinstance(value, Mapping):
             sets += to_sets(value, f"{prefix}{name}.")
         elif value is not None:
-            sets.append((prefix + name, _toml(prefix + name, value)))
+            # a trailing underscore makes a name of a Python keyword: lambda_
+            dotted = prefix + name.removesuffix("_")
+            sets.append((dotted, _toml(dotted, value)))
     return sets
 
 
@@ -114,6 +128,26 @@ def _flat(values: Any) -> list[Any]:
     for value in values:
         flat += _flat(value) if isinstance(value, (list, tuple)) else [value]
     return flat
+
+
+def given_params(
+    profile: str | None, params: Params | None, settings: Mapping[str, Any]
+) -> _core.Params:
+    """The parameters of a run, given whole or as profile and settings."""
+    if params is None:
+        return _core.Params(profile, None, to_sets(settings))
+    if profile is not None or settings:
+        raise ParameterError(
+            "params is given together with a profile or settings; put them into the Params",
+            "parameters",
+        )
+    if not isinstance(params, Params):
+        raise ParameterError(
+            f"params is a {type(params).__name__}, but a facerecon.Params is wanted; single "
+            'values are given as settings, smooth={"steps": 3}',
+            "parameters",
+        )
+    return params._core
 
 
 def params_for(stage: str, profile: str | None, settings: Mapping[str, Any]) -> _core.Params:

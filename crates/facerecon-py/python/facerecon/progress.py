@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -70,23 +71,26 @@ class _Calls:
 
 
 class _Bar:
-    def __init__(self) -> None:
-        try:
-            from tqdm.auto import tqdm
-        except ImportError as error:
-            raise ImportError(
-                "progress=True draws its bar with tqdm: pip install 'facerecon[viz]', "
-                "or give a function instead of True"
-            ) from error
-        self.bar: Any = tqdm(total=len(STAGES), unit="stage", leave=False)
+    """A bar over the stages; for a single stage it tells the steps only."""
+
+    def __init__(self, stages: tuple[str, ...]) -> None:
+        self.stages = stages
+        self.bar: Any = _tqdm()(
+            total=len(stages),
+            unit="stage",
+            bar_format="{desc:<11}|{bar}| {n_fmt}/{total_fmt} stages [{elapsed}{postfix}]"
+            if len(stages) > 1
+            else "{desc:<11} [{elapsed}{postfix}]",
+        )
         self.callback: Raw | None = self._show
 
     def _show(self, stage: str, kind: str, number: int, value: float, text: str) -> None:
         if kind == "started":
-            self.bar.set_description(stage)
-            if stage in STAGES:
-                self.bar.n = STAGES.index(stage)
-                self.bar.refresh()
+            self.bar.set_postfix_str("", refresh=False)
+            self.bar.set_description_str(stage)
+        elif kind == "finished" and stage in self.stages:
+            self.bar.n = max(self.bar.n, self.stages.index(stage) + 1)
+            self.bar.refresh()
         elif kind == "iteration":
             self.bar.set_postfix_str(f"step {number}, error {value:.4g}")
 
@@ -94,8 +98,29 @@ class _Bar:
         self.bar.close()
 
 
-def watcher(progress: bool | Callback) -> Watcher:
+def watcher(progress: bool | Callback, stages: tuple[str, ...] = STAGES) -> Watcher:
     """What ``progress=`` asks for: ``False`` nothing, ``True`` a bar, else a function."""
     if callable(progress):
         return _Calls(progress)
-    return _Bar() if progress else _Silent()
+    return _Bar(stages) if progress else _Silent()
+
+
+@contextmanager
+def bar(total: int, unit: str, progress: bool) -> Iterator[Callable[[], object]]:
+    """A bar to be advanced by one a call, or nothing."""
+    if not progress:
+        yield lambda: None
+        return
+    with _tqdm()(total=total, unit=unit) as drawn:
+        yield drawn.update
+
+
+def _tqdm() -> Any:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError as error:
+        raise ImportError(
+            "progress=True draws its bar with tqdm: pip install 'facerecon[viz]', "
+            "or give a function instead of True"
+        ) from error
+    return tqdm

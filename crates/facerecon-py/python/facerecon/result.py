@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from . import _core
 from ._arrays import F64, U8
+from ._html import figure, points_picture, ramp
 from .capture import Capture, as_capture
 from .errors import ParameterError
 from .mesh import Mesh
-from .params import Params, to_sets
+from .params import Params, given_params
 from .progress import Callback, watcher
-
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +71,16 @@ class Cloud:
     def __repr__(self) -> str:
         return f"<facerecon.Cloud: {len(self)} points>"
 
+    def _repr_html_(self) -> str:
+        x, y, z = self.points.T
+        # the camera frame has the subject in front of it and y down, the model frame y up
+        camera = bool(len(z)) and float(np.median(z)) > 3.0 * float(np.std(z)) + 1.0
+        down, near = (y, -z) if camera else (-y, z)
+        order = np.argsort(near)
+        colors = ramp(near) if self.colors is None else self.colors
+        picture = points_picture(np.stack([x, down], axis=1)[order], colors[order])
+        return figure(picture, repr(self))
+
 
 @dataclass(frozen=True, eq=False)
 class Matches:
@@ -111,6 +121,14 @@ class Matches:
     def __repr__(self) -> str:
         return f"<facerecon.Matches: {len(self)}>"
 
+    def _repr_html_(self) -> str:
+        colors = ramp(self.disparity)
+        pair = [points_picture(side, colors) for side in (self.left, self.right)]
+        picture = np.concatenate(
+            [pair[0], np.full((300, 6, 3), 255, dtype=np.uint8), pair[1]], axis=1
+        )
+        return figure(picture, f"{self!r}, left and right, coloured by disparity (red is nearest)")
+
 
 class Result:
     """Everything a run found out; made by :func:`reconstruct`."""
@@ -127,7 +145,11 @@ class Result:
         return self.mesh_in("model")
 
     def mesh_in(self, frame: str) -> Mesh:
-        """The textured face in the ``"model"`` or ``"camera"`` frame (left camera, OpenCV axes)."""
+        """The textured face in the ``"model"`` or ``"camera"`` frame (left camera, OpenCV axes).
+
+        Raises:
+            ParameterError: (a ``ValueError``) for another frame.
+        """
         return Mesh._from_parts(self._core.mesh(frame), self._core.texture, self._core.landmarks)
 
     @property
@@ -136,7 +158,11 @@ class Result:
         return self.cloud_in("model")
 
     def cloud_in(self, frame: str) -> Cloud:
-        """The measured points in the ``"model"`` or ``"camera"`` frame."""
+        """The measured points in the ``"model"`` or ``"camera"`` frame.
+
+        Raises:
+            ParameterError: (a ``ValueError``) for another frame.
+        """
         return Cloud(*self._core.cloud(frame))
 
     @property
@@ -191,7 +217,7 @@ class Result:
 
     @property
     def icp_history(self) -> list[float]:
-        """Error of the registration after each step (thesis Eq. 3.8)."""
+        """Error of the registration after each step, the first before any (Eq. 3.8 in ``besl``)."""
         return list(self.facts["registration"]["error_history"])
 
     def artifacts(self) -> dict[str, npt.NDArray[Any] | Mesh]:
@@ -207,7 +233,7 @@ class Result:
         return "\n".join(self._core.summary())
 
     def report_html(self) -> str:
-        """The report: one HTML page that needs no network."""
+        """The report: one HTML page that needs no network, as ``report.html``."""
         return self._core.report_html()
 
     def save(
@@ -225,6 +251,11 @@ class Result:
         """
         self._core.save(fspath(folder), frame, keep_stages)
 
+    @property
+    def termination(self) -> str:
+        """Why the registration stopped: ``"converged"`` or ``"max_iterations"``."""
+        return str(self.facts["registration"]["termination"])
+
     def __repr__(self) -> str:
         matches, vertices = self.facts["matches"], self.facts["vertices"]
         return f"<facerecon.Result: {matches} matches, {vertices} vertices, {self.facts['unit']}>"
@@ -239,7 +270,13 @@ def load_template(template: str | PathLike[str] | Mesh) -> _core.Template:
     """A generic head by name, file or mesh."""
     if isinstance(template, Mesh):
         return _core.Template("mesh", template._parts(), template.landmarks)
-    return _core.Template.load(fspath(template))
+    if isinstance(template, str | PathLike):
+        return _core.Template.load(fspath(template))
+    raise ParameterError(
+        f"the template is a {type(template).__name__}, but a name, a path or a facerecon.Mesh is "
+        "wanted",
+        "parameters",
+    )
 
 
 def head(name: str | PathLike[str] = "head") -> Mesh:
@@ -248,6 +285,10 @@ def head(name: str | PathLike[str] = "head") -> Mesh:
     Args:
         name: ``"head"`` (about 6,000 vertices), ``"head-coarse"`` (about 830), ``"PRESET=FILE"``
             for a known template, or a mesh file with its ``NAME.landmarks.toml`` beside it.
+
+    Raises:
+        TemplateError: for a name or a file that gives no head.
+        FileError: (an ``OSError``) for a file that cannot be read.
     """
     template = load_template(name)
     return Mesh._from_parts(template.mesh(), None, template.landmarks)
@@ -270,23 +311,20 @@ def reconstruct(
         capture: a capture folder, its ``capture.toml``, or a :class:`Capture`.
         profile: ``"precise"`` (the default) or ``"facebuilder"``, the thesis.
         params: all parameters; not together with ``profile`` or ``settings``.
-        template: another generic head: a name, a file, or a :class:`Mesh` with landmarks.
+        template: another generic head: a name, a file, or a :class:`Mesh` with landmarks (model
+            frame, mm).
         progress: ``True`` for a bar, or a function that is given every :class:`Event`.
         settings: single parameters in groups, e.g. ``smooth={"steps": 3}``.
+
+    Returns:
+        The mesh, the points, the texture and everything else the run found out.
 
     Raises:
         FaceReconError: naming the stage that could not do its work, with the figures found and
             needed; ``ParameterError`` (a ``ValueError``) for arguments, ``FileError`` (an
             ``OSError``) for files.
     """
-    if params is not None and (profile is not None or settings):
-        raise ParameterError(
-            "params is given together with a profile or settings; put them into the Params",
-            "parameters",
-        )
-    core_params = params._core if params is not None else _core.Params(
-        profile, None, to_sets(settings)
-    )
+    core_params = given_params(profile, params, settings)
     photos = as_capture(capture)
     head_core = None if template is None else load_template(template)
     watch = watcher(progress)

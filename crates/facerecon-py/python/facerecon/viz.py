@@ -1,4 +1,4 @@
-"""Pictures of captures and results with matplotlib (extra ``[viz]``)."""
+"""Pictures of captures and results with matplotlib, and a 3D view with k3d (extra ``[viz]``)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,18 @@ from typing import Any
 
 import numpy as np
 
+from . import _core
+from ._arrays import F64, U32, column, gray, picture
+from .capture import Capture
 from .errors import ParameterError
 from .makers import Comparison, render
 from .mesh import Mesh
-from .result import Matches, Result
-from .stages import Dots, Registration
+from .photo_stages import Dots
+from .result import Cloud, Matches, Result
+from .shape_stages import Registration
+
+#: The most vertices that :func:`show3d` hands to the browser as they are.
+LARGEST = 500_000
 
 
 def _pyplot() -> Any:
@@ -22,50 +29,109 @@ def _pyplot() -> Any:
 
 
 def _axes(ax: Any, **figure: Any) -> Any:
-    return _pyplot().subplots(**figure)[1] if ax is None else ax
+    return _pyplot().subplots(layout="constrained", **figure)[1] if ax is None else ax
 
 
 def dots(photo: Any, found: Dots, ax: Any = None) -> Any:
-    """The dots on their photo; gives the matplotlib axes."""
+    """The dots on their photo.
+
+    Args:
+        photo: (height, width) grey, or (height, width, 3) uint8.
+        found: its dots, pixels.
+        ax: matplotlib axes to draw into; by default a new figure's.
+
+    Returns:
+        The matplotlib axes.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for a photo of another shape.
+        ImportError: without matplotlib.
+    """
+    shown = photo if np.ndim(photo) == 3 else gray("photo", photo)
     ax = _axes(ax, figsize=(8, 6))
-    ax.imshow(photo, cmap="gray")
-    ax.plot(*found.positions.T, "+", color="orangered", markersize=4)
+    ax.imshow(shown, cmap="gray")
+    ax.plot(*found.positions.T, "+", color="orangered", markersize=4, markeredgewidth=0.8)
     ax.set_title(f"{len(found)} dots, {found.spacing_px:.1f} px apart")
     ax.set_axis_off()
     return ax
 
 
-def matches(result: Result, axes: Any = None) -> Any:
-    """The matches on both photos, coloured by disparity; gives the two axes."""
-    found = result.matches
+def matches(found: Result | Matches, capture: Capture | None = None, axes: Any = None) -> Any:
+    """The matches on both photos, coloured by disparity (pixels).
+
+    Args:
+        found: a result, or matches together with their ``capture``.
+        capture: the photos; those of the result by default.
+        axes: two matplotlib axes to draw into; by default a new figure's.
+
+    Returns:
+        The two axes.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for matches without a capture.
+        ImportError: without matplotlib.
+    """
+    table = found.matches if isinstance(found, Result) else found
+    photos = found.capture if isinstance(found, Result) and capture is None else capture
+    if photos is None:
+        raise ParameterError("capture is wanted together with matches", "parameters")
     if axes is None:
         axes = _pyplot().subplots(1, 2, figsize=(13, 5), layout="constrained")[1]
-    sides = ((result.capture.left, found.left), (result.capture.right, found.right))
-    for ax, (photo, places) in zip(axes, sides, strict=True):
-        ax.imshow(photo)
-        drawn = ax.scatter(*places.T, c=found.disparity, s=4, cmap="viridis")
+    known = table.disparity[np.isfinite(table.disparity)]
+    low, high = np.percentile(known, (1, 99)) if len(known) else (0.0, 1.0)
+    for ax, image, places in zip(
+        axes, (photos.left, photos.right), (table.left, table.right), strict=True
+    ):
+        ax.imshow(image)
+        drawn = ax.scatter(*places.T, c=table.disparity, s=4, cmap="viridis", vmin=low, vmax=high)
         ax.set_axis_off()
     axes[0].figure.colorbar(drawn, ax=list(axes), label="disparity [px]", shrink=0.8)
     return axes
 
 
 def disparity(found: Matches | Result, ax: Any = None) -> Any:
-    """The disparity at the matches as a map over the left photo; gives the axes."""
+    """The disparity map: (n,) disparities where they were measured in the left photo, pixels.
+
+    Args:
+        found: matches, or a result.
+        ax: matplotlib axes to draw into; by default a new figure's.
+
+    Returns:
+        The matplotlib axes.
+
+    Raises:
+        ImportError: without matplotlib.
+    """
     table = found.matches if isinstance(found, Result) else found
     ax = _axes(ax, figsize=(7, 5.5))
-    drawn = ax.scatter(*table.left.T, c=table.disparity, s=9, cmap="viridis")
+    known = table.disparity[np.isfinite(table.disparity)]
+    low, high = np.percentile(known, (1, 99)) if len(known) else (0.0, 1.0)
+    drawn = ax.scatter(*table.left.T, c=table.disparity, s=14, cmap="viridis", vmin=low, vmax=high)
     ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal", title=f"{len(table)} matches")
+    ax.set_facecolor("black")
     ax.invert_yaxis()
     ax.figure.colorbar(drawn, ax=ax, label="disparity [px]")
     return ax
 
 
 def convergence(found: Result | Registration, ax: Any = None) -> Any:
-    """The error of the registration after each step (thesis Fig. 3.1); gives the axes."""
+    """The error of the registration after each step (Eq. 3.8 with ``register.method="besl"``).
+
+    Args:
+        found: a result, or what :func:`facerecon.icp` gives.
+        ax: matplotlib axes to draw into; by default a new figure's.
+
+    Returns:
+        The matplotlib axes.
+
+    Raises:
+        ImportError: without matplotlib.
+    """
     history = found.icp_history if isinstance(found, Result) else found.history
     ax = _axes(ax, figsize=(6, 4))
     ax.plot(range(len(history)), history, marker=".")
-    ax.set(xlabel="step", ylabel="error", title="registration")
+    ax.set(xlabel="step", ylabel="error", title=f"registration: {found.termination}")
+    ax.set_ylim(bottom=0.0)
     ax.grid(alpha=0.3)
     return ax
 
@@ -78,43 +144,90 @@ def heat(
     frame: str = "model",
     ax: Any = None,
 ) -> Any:
-    """A mesh coloured by a value a vertex, e.g. a comparison's distances; gives the axes."""
+    """The error heat map: a mesh coloured by a value a vertex, with a scale in millimetres.
+
+    Args:
+        mesh: the mesh, mm.
+        values: a comparison's distances, or (n,) values, at least 0; NaN is grey.
+        view: ``front``, ``three-quarter``, ``profile`` ...
+        limit_mm: value at the end of the scale.
+        frame: ``"model"`` or ``"camera"``: the mesh's axes.
+        ax: matplotlib axes to draw into; by default a new figure's.
+
+    Returns:
+        The matplotlib axes.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for arguments.
+        ImportError: without matplotlib.
+    """
     given = values.vertex_distances if isinstance(values, Comparison) else values
+    given = column("values", given, len(mesh.vertices))
+    drawn = render(mesh, view, heat=given, limit_mm=limit_mm, frame=frame, size=(700, 700))
     ax = _axes(ax, figsize=(6, 6))
-    picture = render(mesh, view, heat=given, limit_mm=limit_mm, frame=frame, size=(700, 700))
-    ax.imshow(picture)
+    ax.imshow(drawn)
     ax.set_axis_off()
     return ax
 
 
-def show3d(mesh: Mesh | Result) -> Any:
-    """An interactive view for notebooks by k3d; show it as a cell's last value."""
+def show3d(*shown: Mesh | Cloud | Result) -> Any:
+    """An interactive view for notebooks by k3d; show it as a cell's last value.
+
+    Args:
+        shown: meshes, clouds or results of one frame, mm; a result shows its mesh.
+
+    Returns:
+        The ``k3d.Plot``.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for a mesh without faces or an empty cloud.
+        ImportError: without k3d.
+    """
     try:
         import k3d
     except ImportError as error:
         raise ImportError("the 3D view needs k3d: pip install 'facerecon[viz]'") from error
-    face = mesh.mesh if isinstance(mesh, Result) else mesh
-    if not len(face.faces):
-        raise ParameterError("mesh has no faces to show", "parameters")
-    plot = k3d.plot(grid_visible=False)
-    colors = _vertex_colors(face)
-    options: dict[str, Any] = {"color": 0xD8C8BC} if colors is None else {"colors": colors}
-    plot += k3d.mesh(
-        face.vertices.astype(np.float32), face.faces, side="double", flat_shading=False, **options
-    )
+    plot = k3d.plot(grid_visible=False, camera_auto_fit=True)
+    for item in shown:
+        if isinstance(item, Cloud):
+            if not len(item):
+                raise ParameterError("the cloud has no points to show", "parameters")
+            plot += k3d.points(
+                item.points.astype(np.float32),
+                point_size=1.5,
+                shader="flat",
+                **(
+                    {"color": 0xF0C020} if item.colors is None else {"colors": _packed(item.colors)}
+                ),
+            )
+            continue
+        face = item.mesh if isinstance(item, Result) else item
+        if not len(face.faces):
+            raise ParameterError("the mesh has no faces to show", "parameters")
+        if len(face.vertices) > LARGEST:
+            raise ParameterError(
+                f"the mesh has {len(face.vertices)} vertices, but at most {LARGEST} can be shown",
+                "parameters",
+            )
+        vertices, faces, looks = _looks(face)
+        plot += k3d.mesh(
+            vertices.astype(np.float32), faces, side="double", flat_shading=False, **looks
+        )
+    # seen from the front, y up
+    plot.camera = plot.get_auto_camera(yaw=0, pitch=0)
     return plot
 
 
-def _vertex_colors(mesh: Mesh) -> Any:
-    """One packed colour a vertex, from its colours or from the texture."""
-    rgb = mesh.colors
-    if mesh.texture is not None and mesh.uv is not None and mesh.uv_faces is not None:
-        height, width, _ = mesh.texture.shape
-        uv = np.zeros((len(mesh.vertices), 2))
-        uv[mesh.faces.reshape(-1)] = mesh.uv[mesh.uv_faces.reshape(-1)]
-        x = np.clip((uv[:, 0] * width).astype(int), 0, width - 1)
-        y = np.clip(((1.0 - uv[:, 1]) * height).astype(int), 0, height - 1)
-        rgb = mesh.texture[y, x]
-    if rgb is None:
-        return None
-    return rgb.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+def _packed(colors: Any) -> Any:
+    return colors.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+
+
+def _looks(mesh: Mesh) -> tuple[F64, U32, dict[str, Any]]:
+    """Vertices, faces, and how they are coloured: by texture, by vertex, or as plaster."""
+    if mesh.texture is not None and mesh.uv is not None:
+        vertices, faces, uv = mesh._unwelded()
+        png = _core.encode_png(picture("texture", mesh.texture))
+        return vertices, faces, {"texture": png, "texture_file_format": "png", "uvs": uv}
+    if mesh.colors is not None:
+        return mesh.vertices, mesh.faces, {"colors": _packed(mesh.colors)}
+    return mesh.vertices, mesh.faces, {"color": 0xD8C8BC}

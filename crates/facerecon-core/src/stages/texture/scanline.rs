@@ -9,7 +9,7 @@ use crate::observer::Observer;
 
 const LEAST_DOTS: usize = 8;
 
-/// Scans both photos line by line into the texture, then fills what stayed empty.
+/// Scans both photos line by line into the texture and fills the lines that stayed empty.
 pub fn texture(
     input: &TextureInput<'_>,
     params: &TextureParams,
@@ -29,13 +29,15 @@ pub fn texture(
         if observer.cancelled() {
             return Err(TextureError::Cancelled);
         }
-        sheets.push(scan(input, photo, seen, params)?);
+        let mut sheet = scan(input, photo, seen, params)?;
+        // before they are joined: else the other photo's lines would show through the gaps
+        fill_empty_lines(&mut sheet);
+        sheets.push(sheet);
     }
-    let mut sheet = match <[Sheet; 2]>::try_from(sheets) {
+    let sheet = match <[Sheet; 2]>::try_from(sheets) {
         Ok([left, right]) => join(left, &right),
         Err(mut single) => single.swap_remove(0),
     };
-    fill_empty_lines(&mut sheet);
     Ok(colour_rest(sheet, input.template_texture, params))
 }
 
