@@ -7,9 +7,6 @@ from pathlib import Path
 import facerecon as fr
 import pytest
 
-#: A small, quick rig; every stage still sees a real face.
-QUICK = {"width_px": 512, "height_px": 384, "focal_px": 1844.0, "dot_mm": 6.0}
-
 
 @pytest.fixture(scope="session")
 def shot() -> fr.Simulation:

@@ -17,27 +17,32 @@ import facerecon as fr
 import pytest
 
 
+FIXTURE = Path(__file__).parents[2] / "fixtures" / "parallel"
+#: Small pictures are enough here.
+SMALL: dict[str, Any] = {"texture": {"size": 128}}
+
+
 @pytest.fixture(scope="module")
-def captures(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+def captures(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Two good ones and a broken one between them."""
     home = tmp_path_factory.mktemp("many")
     for name in ("anna", "berta", "clara"):
-        shutil.copytree(folder, home / name)
+        shutil.copytree(FIXTURE, home / name)
     (home / "berta" / "left_dots.png").unlink(missing_ok=True)
     (home / "berta" / "capture.toml").write_text("[images]\nleft = 'gone.png'\n")
     return [home / name for name in ("anna", "berta", "clara")]
 
 
 def test_a_batch_is_resumed(captures: list[Path], tmp_path: Path) -> None:
-    first = fr.batch(captures, tmp_path / "out", workers=2, smooth={"steps": 1})
+    first = fr.batch(captures, tmp_path / "out", workers=2, smooth={"steps": 1}, **SMALL)
     assert [row["status"] for row in first.rows] == ["done", "failed", "done"]
     assert "right" in first.failed[0]["error"] or "gone" in first.failed[0]["error"]
     made = tmp_path / "out" / "anna" / "face.glb"
     before = made.stat().st_mtime_ns
-    again = fr.batch(captures, tmp_path / "out", workers=1, smooth={"steps": 1})
+    again = fr.batch(captures, tmp_path / "out", workers=1, smooth={"steps": 1}, **SMALL)
     assert [row["status"] for row in again.rows] == ["kept", "failed", "kept"]
     assert made.stat().st_mtime_ns == before
-    other = fr.batch(captures[:1], tmp_path / "out", workers=1, smooth={"steps": 2})
+    other = fr.batch(captures[:1], tmp_path / "out", workers=1, smooth={"steps": 2}, **SMALL)
     assert other.rows[0]["status"] == "done" and made.stat().st_mtime_ns != before
     assert "anna" in first.csv.read_text() and "report.html" in first.html.read_text()
     assert len(first.to_pandas()) == 3 and "<table" in first._repr_html_()
@@ -77,17 +82,27 @@ def test_a_process_that_dies_takes_no_other_with_it(
 
     monkeypatch.setattr(subprocess, "Popen", watched)
     good = [captures[0], captures[2]]
-    table = fr.batch(good, tmp_path / "out", workers=1, smooth={"steps": 3})
+    table = fr.batch(good, tmp_path / "out", workers=1, **SMALL)
     assert [row["status"] for row in table.rows] == ["done", "done"]
     assert len(begun) == 2 and begun[0].returncode == -signal.SIGKILL
     assert all(p.returncode is not None for p in begun), "a process is left"
 
 
 def test_the_command_resumes_the_same_batch(captures: list[Path], tmp_path: Path) -> None:
-    ours = fr.batch(captures, tmp_path / "out", workers=2)
+    ours = fr.batch(captures, tmp_path / "out", workers=2, **SMALL)
     command = Path(sys.executable).parent / "facerecon"
     done = subprocess.run(
-        [command, "batch", captures[0].parent, "-o", tmp_path / "out", "--json", "-q"],
+        [
+            command,
+            "batch",
+            captures[0].parent,
+            "-o",
+            tmp_path / "out",
+            "--json",
+            "-q",
+            "--set",
+            "texture.size=128",
+        ],
         capture_output=True,
         text=True,
         check=False,
@@ -126,7 +141,7 @@ def test_a_dask_worker_that_dies_loses_nothing(captures: list[Path], tmp_path: P
 
         killer = threading.Thread(target=kill)
         killer.start()
-        table = fr.batch(many, out, client=client)
+        table = fr.batch(many, out, client=client, **SMALL)
         killer.join()
     assert 2 <= len(before) < 5, "it was not in the middle"
     assert [row["status"] for row in table.rows] == ["done"] * 5
@@ -141,7 +156,7 @@ def test_a_failure_on_dask_stops_nothing(captures: list[Path], tmp_path: Path) -
     with distributed.Client(
         processes=False, n_workers=1, threads_per_worker=1, dashboard_address=None
     ) as client:
-        table = fr.batch(captures[:2], tmp_path, client=client)
+        table = fr.batch(captures[:2], tmp_path, client=client, **SMALL)
         assert [row["status"] for row in table.rows] == ["done", "failed"]
         with pytest.raises(ValueError, match="workers and client"):
             fr.batch(captures, tmp_path, client=client, workers=2)

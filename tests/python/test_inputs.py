@@ -232,7 +232,11 @@ REFUSED: list[tuple[str, str, Make]] = [
         r"seeds\['head'\] has 2 numbers",
         lambda: fr.Capture(PHOTO, PHOTO, seeds={"head": (1, 2)}),
     ),
-    ("seeds", r"seeds\['head'\] is ragged", lambda: fr.Capture(PHOTO, PHOTO, seeds={"head": ((1, 2), (3,))})),
+    (
+        "seeds",
+        r"seeds\['head'\] is ragged",
+        lambda: fr.Capture(PHOTO, PHOTO, seeds={"head": ((1, 2), (3,))}),
+    ),
     (
         "landmarks",
         r"landmarks\['chin'\] .*nan",

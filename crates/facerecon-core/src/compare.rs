@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::data::{Mesh, MeshError};
 use crate::math::{Similarity, Vec3, percentile};
+use crate::observer::Observer;
 use crate::settings::{SettingsError, Value};
 use crate::spatial::SurfaceIndex;
 use crate::{choices, settings};
@@ -85,6 +86,9 @@ pub enum CompareError {
     /// A parameter out of range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// Stopped by the observer.
+    #[error("cancelled")]
+    Cancelled,
 }
 
 /// Statistics of distances, mm.
@@ -196,11 +200,13 @@ impl<'a> Side<'a> {
 /// before and after bringing the first to the second.
 ///
 /// # Errors
-/// [`CompareError`] for invalid meshes, empty regions, and meshes that are nowhere near each other.
+/// [`CompareError`] for invalid meshes, empty regions, and meshes that are nowhere near each other;
+/// when the observer cancels.
 pub fn compare(
     first: &Side<'_>,
     second: &Side<'_>,
     params: &CompareParams,
+    observer: &dyn Observer,
 ) -> Result<Comparison, CompareError> {
     params.check("compare", None)?;
     let from_first = first.samples("first", params.samples)?;
@@ -215,10 +221,10 @@ pub fn compare(
 
     let measure = |second_from_first: &Similarity, reach: f64| -> Result<Both, CompareError> {
         let back = second_from_first.inverse();
-        let forth = distances(&from_first, second_from_first, &second_index, reach);
+        let forth = distances(&from_first, second_from_first, &second_index, reach, observer)?;
         // measured in the first mesh's frame, told in the second's unit
         let scale = second_from_first.scale;
-        let home = distances(&from_second, &back, &first_index, reach / scale);
+        let home = distances(&from_second, &back, &first_index, reach / scale, observer)?;
         let home: Vec<f64> = home.iter().map(|d| d * scale).collect();
         match (Distances::of(&forth), Distances::of(&home)) {
             (Some(first_to_second), Some(second_to_first)) => {
@@ -233,7 +239,7 @@ pub fn compare(
     };
     let (second_from_first, iterations) = match params.alignment {
         Alignment::None => (Similarity::identity(), 0),
-        _ => align::align(&from_first, second.mesh, &second_index, params),
+        _ => align::align(&from_first, second.mesh, &second_index, params, observer)?,
     };
     // without a reach there is always a nearest point; meshes may start far apart
     let before = match params.alignment {
@@ -273,13 +279,23 @@ fn distances(
     target_from_samples: &Similarity,
     index: &SurfaceIndex,
     reach: f64,
-) -> Vec<f64> {
-    let found: Vec<Option<f64>> = samples
-        .par_iter()
-        .map(|s| {
-            let point: Vec3 = target_from_samples.apply(&s.point);
-            index.closest_within(&point, reach).map(|f| f.distance)
-        })
-        .collect();
-    found.into_iter().flatten().collect()
+    observer: &dyn Observer,
+) -> Result<Vec<f64>, CompareError> {
+    // so many between two looks whether to stop
+    const PORTION: usize = 10_000;
+    let mut found: Vec<f64> = Vec::with_capacity(samples.len());
+    for portion in samples.chunks(PORTION) {
+        if observer.cancelled() {
+            return Err(CompareError::Cancelled);
+        }
+        let some: Vec<Option<f64>> = portion
+            .par_iter()
+            .map(|s| {
+                let point: Vec3 = target_from_samples.apply(&s.point);
+                index.closest_within(&point, reach).map(|f| f.distance)
+            })
+            .collect();
+        found.extend(some.into_iter().flatten());
+    }
+    Ok(found)
 }

@@ -126,6 +126,7 @@ impl Error {
                 | Self::Correspond(CorrespondError::Cancelled)
                 | Self::Refine(RefineError::Cancelled)
                 | Self::Simulate(SimulateError::Cancelled)
+                | Self::Compare(CompareError::Cancelled)
                 | Self::Register(RegisterError::Cancelled)
                 | Self::Deform(DeformError::Cancelled)
                 | Self::Smooth(SmoothError::Cancelled)

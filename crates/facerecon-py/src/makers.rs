@@ -19,7 +19,7 @@ use crate::convert::{MeshIn, MeshOut, mesh, mesh_out, raster_out, rgb, rgb_out, 
 use crate::errors::{argument, to_py};
 use crate::params::{Sets, own};
 use crate::reconstruction::{frame_named, to_json};
-use crate::watch::watched;
+use crate::watch::{staged, watched};
 
 /// A simulated capture and its truth.
 #[pyclass(frozen, module = "facerecon._core")]
@@ -66,7 +66,7 @@ fn simulate(
     let params: SimulateParams = own(py, &sets)?;
     let given = parts.map(|p| mesh(&p)).transpose()?;
     let texture = texture.map(|t| rgb(&t)).transpose()?;
-    let made = watched(py, callback, |watch| match &given {
+    let made = staged(py, callback, "simulate", |watch| match &given {
         Some(mesh) => {
             let texture = texture.as_ref();
             let subject = Subject { mesh, texture, landmarks: None, face: None };
@@ -146,9 +146,9 @@ fn compare<'py>(
 ) -> PyResult<(String, Bound<'py, PyArray1<f64>>)> {
     let params: CompareParams = own(py, &sets)?;
     let (first, second) = (mesh(&first)?, mesh(&second)?);
-    let found = watched(py, None, |_| -> Result<_, Error> {
+    let found = watched(py, None, |watch| -> Result<_, Error> {
         let side = Side { mesh: &first, region: region.as_deref() };
-        Ok(run_compare(&side, &Side::whole(&second), &params)?)
+        Ok(run_compare(&side, &Side::whole(&second), &params, watch)?)
     })?;
     Ok((to_json(py, &found)?, PyArray1::from_vec(py, found.vertex_distances)))
 }

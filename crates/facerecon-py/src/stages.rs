@@ -3,6 +3,7 @@
 use facerecon_core::data::{Cloud, CloudFrame, Gray};
 use facerecon_core::error::Error;
 use facerecon_core::math::Vec3;
+use facerecon_core::observer::Observer;
 use facerecon_core::pipeline::parts;
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::deform::{DeformInput, deform as run_deform};
@@ -24,7 +25,7 @@ use crate::convert::{
 use crate::meshes::Template;
 use crate::params::Params;
 use crate::reconstruction::to_json;
-use crate::watch::watched;
+use crate::watch::{staged, watched};
 
 type GrayIn<'py> = PyReadonlyArray2<'py, f32>;
 type GrayOut<'py> = Bound<'py, PyArray2<f32>>;
@@ -168,7 +169,7 @@ fn icp<'py>(
         None => Vec::new(),
     };
     let (head, params) = (&model.template, &params.0.register);
-    let pose = watched(py, callback, |watch| {
+    let pose = staged(py, callback, "register", |watch| {
         let input = RegisterInput {
             data: &data,
             model: &head.mesh,
@@ -215,7 +216,7 @@ fn deform<'py>(
     let assigned = assigned.map(|given| goals(&given, "assignments")).transpose()?;
     let features = features.map(|given| goals(&given, "features")).transpose()?.unwrap_or_default();
     let params = &params.0.deform;
-    let bent = watched(py, callback, |watch| {
+    let bent = staged(py, callback, "deform", |watch| {
         let assignments =
             assigned.unwrap_or_else(|| eliminate_multiple(&data.points, &head.vertices, None));
         let input = DeformInput {
@@ -256,7 +257,8 @@ fn texture<'py>(
 ) -> PyResult<TextureOut<'py>> {
     let face = mesh(&parts)?;
     let (photos, params) = (&capture.capture, &params.0);
-    let made = watched(py, callback, |watch| parts::texture_mesh(photos, &face, params, watch))?;
+    let work = |watch: &dyn Observer| parts::texture_mesh(photos, &face, params, watch);
+    let made = staged(py, callback, "texture", work)?;
     Ok((rgb_out(py, made.image)?, raster_out(py, made.coverage)?))
 }
 

@@ -70,6 +70,22 @@ impl Observer for Watch {
     }
 }
 
+/// [`watched`] work of one stage, whose begin and end are told.
+pub(crate) fn staged<T: Send>(
+    py: Python<'_>,
+    callback: Option<Py<PyAny>>,
+    stage: &str,
+    work: impl FnOnce(&dyn Observer) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    watched(py, callback, |watch| {
+        watch.event(&Event::Started { stage });
+        let start = Instant::now();
+        let done = work(watch)?;
+        watch.event(&Event::Finished { stage, elapsed: start.elapsed() });
+        Ok(done)
+    })
+}
+
 /// Does work without the GIL, watched; what a callback or Ctrl-C raised comes first.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,

@@ -16,8 +16,12 @@ pub(super) fn compare(
 ) -> Result<(), Failure> {
     let a = io::read_mesh(&args.a)?;
     let b = io::read_mesh(&args.b)?;
-    let found =
-        compare::compare(&Side::whole(&a.mesh), &Side::whole(&b.mesh), &CompareParams::default())?;
+    let found = compare::compare(
+        &Side::whole(&a.mesh),
+        &Side::whole(&b.mesh),
+        &CompareParams::default(),
+        &(),
+    )?;
     if as_json {
         terminal.result(&to_json(&serde_json::json!(found)));
     } else {

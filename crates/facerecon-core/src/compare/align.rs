@@ -4,9 +4,10 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-use super::{Alignment, CompareParams, Sample};
+use super::{Alignment, CompareError, CompareParams, Sample};
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec3, percentile};
+use crate::observer::Observer;
 use crate::spatial::SurfaceIndex;
 
 /// Points that take part; more change nothing.
@@ -23,22 +24,23 @@ pub(super) fn align(
     second: &Mesh,
     index: &SurfaceIndex,
     params: &CompareParams,
-) -> (Similarity, usize) {
+    observer: &dyn Observer,
+) -> Result<(Similarity, usize), CompareError> {
     let every = samples.len().div_ceil(POINTS).max(1);
     let points: Vec<Vec3> = samples.iter().step_by(every).map(|s| s.point).collect();
-    let search = Search { points: &points, index, second, params };
+    let search = Search { points: &points, index, second, params, observer };
     let mut best: Option<(f64, Similarity)> = None;
     for start in starts(&points, second, params.alignment == Alignment::Similarity) {
-        let (found, _) = search.run(start, TRIAL_STEPS);
+        let (found, _) = search.run(start, TRIAL_STEPS)?;
         let cost = search.cost(&found);
         if best.is_none_or(|(least, _)| cost < least) {
             best = Some((cost, found));
         }
     }
     let (_, start) = best.unwrap_or((0.0, Similarity::identity()));
-    let (found, steps) = search.run(start, params.iterations);
+    let (found, steps) = search.run(start, params.iterations)?;
     let unmoved = Similarity::identity();
-    if search.cost(&found) <= search.cost(&unmoved) { (found, steps) } else { (unmoved, 0) }
+    Ok(if search.cost(&found) <= search.cost(&unmoved) { (found, steps) } else { (unmoved, 0) })
 }
 
 /// As they lie; middles and sizes matched; and the same with the axes of the camera frame turned to
@@ -71,6 +73,7 @@ struct Search<'a> {
     index: &'a SurfaceIndex,
     second: &'a Mesh,
     params: &'a CompareParams,
+    observer: &'a dyn Observer,
 }
 
 impl Search<'_> {
@@ -102,22 +105,25 @@ impl Search<'_> {
         if kept.is_empty() { f64::INFINITY } else { kept.iter().sum::<f64>() / kept.len() as f64 }
     }
 
-    fn run(&self, start: Similarity, steps: usize) -> (Similarity, usize) {
+    fn run(&self, start: Similarity, steps: usize) -> Result<(Similarity, usize), CompareError> {
         let mut pose = start;
         for step in 0..steps {
+            if self.observer.cancelled() {
+                return Err(CompareError::Cancelled);
+            }
             let meetings = self.meet(&pose);
             let distances: Vec<f64> = meetings.iter().map(|m| m.3).collect();
             let limit = self.limit(&distances);
-            let Some(change) = self.step(&meetings, limit) else { return (pose, step) };
+            let Some(change) = self.step(&meetings, limit) else { return Ok((pose, step)) };
             pose = change.compose(&pose);
             let size = meetings.iter().map(|m| m.0.norm()).fold(1e-9, f64::max);
             let moved =
                 change.translation.norm() / size + change.angle() + (change.scale - 1.0).abs();
             if moved < SETTLED {
-                return (pose, step + 1);
+                return Ok((pose, step + 1));
             }
         }
-        (pose, steps)
+        Ok((pose, steps))
     }
 
     /// One Gauss-Newton step on the point-to-plane distances of the kept points, about their

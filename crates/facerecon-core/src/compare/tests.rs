@@ -44,7 +44,7 @@ fn with(alignment: Alignment) -> CompareParams {
 #[test]
 fn two_plates_are_as_far_apart_as_they_lie() {
     let (a, b) = (plate(0.0, 10.0), plate(0.7, 20.0));
-    let both = compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::None)).unwrap();
+    let both = compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::None), &()).unwrap();
     let d = both.before.first_to_second;
     for value in [d.median_mm, d.mean_mm, d.rms_mm, d.p90_mm, d.p99_mm, d.max_mm] {
         assert!((value - 0.7).abs() < 1e-9, "{value}");
@@ -55,7 +55,7 @@ fn two_plates_are_as_far_apart_as_they_lie() {
     assert!((back.within_1mm - 0.27).abs() < 0.03 && back.max_mm > 13.0, "{back:?}");
     assert!(both.after.is_none() && both.vertex_distances.iter().all(|v| (v - 0.7).abs() < 1e-9));
     let params = CompareParams { reach_mm: Some(0.5), ..with(Alignment::None) };
-    let error = compare(&Side::whole(&a), &Side::whole(&b), &params).unwrap_err().to_string();
+    let error = compare(&Side::whole(&a), &Side::whole(&b), &params, &()).unwrap_err().to_string();
     assert!(error.contains("within 0.5 mm") && error.contains("28.3"), "{error}");
 }
 
@@ -69,7 +69,7 @@ fn a_known_motion_is_found_again() {
     };
     let second = first.transformed(&motion);
     let sides = (Side::whole(&first), Side::whole(&second));
-    let found = compare(&sides.0, &sides.1, &with(Alignment::Similarity)).unwrap();
+    let found = compare(&sides.0, &sides.1, &with(Alignment::Similarity), &()).unwrap();
     for v in &first.vertices {
         assert!((found.second_from_first.apply(v) - motion.apply(v)).norm() < 1e-3);
     }
@@ -77,7 +77,7 @@ fn a_known_motion_is_found_again() {
     assert!(found.after.unwrap().second_to_first.max_mm < 1e-3);
     assert!(found.before.first_to_second.median_mm > 5.0);
     // without a change of size the rest of 7 % stays
-    let rigid = compare(&sides.0, &sides.1, &with(Alignment::Rigid)).unwrap();
+    let rigid = compare(&sides.0, &sides.1, &with(Alignment::Rigid), &()).unwrap();
     assert_eq!(rigid.scale, 1.0);
     assert!(rigid.after.unwrap().first_to_second.median_mm > 2.0);
 }
@@ -92,7 +92,8 @@ fn camera_and_model_frames_and_other_units_come_together() {
     };
     let second = first.transformed(&turned);
     let found =
-        compare(&Side::whole(&first), &Side::whole(&second), &with(Alignment::Similarity)).unwrap();
+        compare(&Side::whole(&first), &Side::whole(&second), &with(Alignment::Similarity), &())
+            .unwrap();
     assert!((found.scale - 0.1).abs() < 1e-6, "{}", found.scale);
     assert!(found.after.unwrap().first_to_second.max_mm < 1e-4);
 }
@@ -115,7 +116,7 @@ fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
     let moved = part.transformed(&motion.inverse());
     let side = Side { mesh: &moved, region: Some(&front) };
     let params = CompareParams { keep: 0.8, ..with(Alignment::Rigid) };
-    let found = compare(&side, &Side::whole(&whole), &params).unwrap();
+    let found = compare(&side, &Side::whole(&whole), &params, &()).unwrap();
     let worst = part
         .vertices
         .iter()
@@ -126,7 +127,7 @@ fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
     let empty = vec![false; front.len()];
     let side = Side { mesh: &moved, region: Some(&empty) };
     assert!(matches!(
-        compare(&side, &Side::whole(&whole), &params),
+        compare(&side, &Side::whole(&whole), &params, &()),
         Err(CompareError::Region { which: "first", .. })
     ));
 }
@@ -144,7 +145,8 @@ fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
     assert!(mean.norm() < 0.02, "{mean}");
 
     let (a, b) = (potato(), plate(3.0, 90.0));
-    let run = || compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::Similarity)).unwrap();
+    let run =
+        || compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::Similarity), &()).unwrap();
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
     let (one, three) = (pool(1).install(run), pool(3).install(run));
     assert_eq!(one.second_from_first, three.second_from_first);
@@ -156,9 +158,11 @@ fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
 fn broken_meshes_are_refused() {
     let good = plate(0.0, 1.0);
     let error =
-        compare(&Side::whole(&Mesh::default()), &Side::whole(&good), &with(Alignment::None));
+        compare(&Side::whole(&Mesh::default()), &Side::whole(&good), &with(Alignment::None), &());
     assert!(error.unwrap_err().to_string().contains("first mesh"));
     let mut flat = plate(0.0, 1.0);
     flat.vertices.iter_mut().for_each(|v| *v = Vec3::zeros());
-    assert!(compare(&Side::whole(&flat), &Side::whole(&good), &with(Alignment::Rigid)).is_err());
+    assert!(
+        compare(&Side::whole(&flat), &Side::whole(&good), &with(Alignment::Rigid), &()).is_err()
+    );
 }

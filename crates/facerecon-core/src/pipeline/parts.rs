@@ -2,6 +2,7 @@
 
 use super::inputs;
 pub use super::inputs::to_scale;
+use super::run::Run;
 use crate::camera::Rectification;
 use crate::data::{Capture, Gray, Match, Mesh, PatternKind, Rgb};
 use crate::error::Error;
@@ -68,18 +69,19 @@ pub fn find_matches(
     params: &Params,
     observer: &dyn Observer,
 ) -> Result<Matched, Error> {
-    let level: Rectified = rectify(capture, &params.rectify, observer)?;
+    let mut run = Run::new(observer);
+    let level: Rectified = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
     let (found, dots) = match capture.pattern.kind {
         PatternKind::Stripes => {
-            let found = stripes(&level, params, observer)?;
+            let found = run.stage("correspond", |o| stripes(&level, params, o))?;
             let count = found.matches.len();
             (found, [count; 2])
         }
         PatternKind::Dots => {
-            let left = dots(&level.left, params, observer)?;
-            let right = dots(&level.right, params, observer)?;
+            let left = run.stage("detect", |o| dots(&level.left, params, o))?;
+            let right = run.stage("detect", |o| dots(&level.right, params, o))?;
             let input = inputs::correspond(capture, &level, &left, &right);
-            let found = correspond(&input, &params.correspond, observer)?;
+            let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
             (found, [left.dots.len(), right.dots.len()])
         }
     };

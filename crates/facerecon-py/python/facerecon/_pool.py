@@ -1,9 +1,9 @@
 """Captures of a batch on processes of this machine.
 
-Each process is a new interpreter that reads jobs from its input and writes rows to its output, one
-JSON text a line. Unlike those of :mod:`multiprocessing` it does not import the caller's script
-again, can be stopped at any time, and when it dies (out of memory, say) only its own capture is
-concerned.
+Each process is a new interpreter (:mod:`facerecon._worker`) that reads jobs from its input and
+writes rows to its output, one JSON text a line. Unlike those of :mod:`multiprocessing` it does not
+import the caller's script again, can be stopped at any time, and when it dies (out of memory, say)
+only its own capture is concerned.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class _Worker:
                 raise RuntimeError("the batch was stopped")
             if self._process is None:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", "facerecon._pool"],
+                    [sys.executable, "-m", "facerecon._worker"],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     text=True,
@@ -137,23 +137,13 @@ class _Worker:
         with self._lock:
             self.stopped = True
             process, self._process = self._process, None
-        if process is None:
-            return
-        process.kill()
-        process.wait()
+            if process is None:
+                return
+            process.kill()
+            process.wait()
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 try:
                     stream.close()
                 except BrokenPipeError:
                     pass
-
-
-def _serve() -> None:
-    """Reads jobs, writes rows, until the input ends."""
-    for line in sys.stdin:
-        print(json.dumps(run_one(tuple(json.loads(line)))), flush=True)
-
-
-if __name__ == "__main__":
-    _serve()

@@ -187,14 +187,14 @@ def show3d(*shown: Mesh | Cloud | Result) -> Any:
         import k3d
     except ImportError as error:
         raise ImportError("the 3D view needs k3d: pip install 'facerecon[viz]'") from error
-    plot = k3d.plot(grid_visible=False, camera_auto_fit=True)
+    plot = k3d.plot(grid_visible=False, camera_auto_fit=False)
     for item in shown:
         if isinstance(item, Cloud):
             if not len(item):
                 raise ParameterError("the cloud has no points to show", "parameters")
             plot += k3d.points(
                 item.points.astype(np.float32),
-                point_size=1.5,
+                point_size=0.8,
                 shader="flat",
                 **(
                     {"color": 0xF0C020} if item.colors is None else {"colors": _packed(item.colors)}
@@ -214,7 +214,8 @@ def show3d(*shown: Mesh | Cloud | Result) -> Any:
             vertices.astype(np.float32), faces, side="double", flat_shading=False, **looks
         )
     # seen from the front, y up
-    plot.camera = plot.get_auto_camera(yaw=0, pitch=0)
+    eye_and_middle = [float(v) for v in plot.get_auto_camera(factor=0.9, yaw=0, pitch=0)[:6]]
+    plot.camera = [*eye_and_middle, 0.0, 1.0, 0.0]
     return plot
 
 
@@ -227,7 +228,9 @@ def _looks(mesh: Mesh) -> tuple[F64, U32, dict[str, Any]]:
     if mesh.texture is not None and mesh.uv is not None:
         vertices, faces, uv = mesh._unwelded()
         png = _core.encode_png(picture("texture", mesh.texture))
-        return vertices, faces, {"texture": png, "texture_file_format": "png", "uvs": uv}
+        # k3d counts rows from the top
+        uvs = (uv * [1.0, -1.0] + [0.0, 1.0]).astype(np.float32)
+        return vertices, faces, {"texture": png, "texture_file_format": "png", "uvs": uvs}
     if mesh.colors is not None:
         return mesh.vertices, mesh.faces, {"colors": _packed(mesh.colors)}
     return mesh.vertices, mesh.faces, {"color": 0xD8C8BC}
