@@ -11,6 +11,7 @@ mod fill;
 mod motion;
 mod photo;
 mod reduce;
+mod subject;
 mod texels;
 
 use rayon::prelude::*;
@@ -73,10 +74,11 @@ pub(super) fn texture(
         head_motion = Some(found);
     }
     stop(obs)?;
+    let measured: Vec<_> = input.photos.iter().flat_map(|p| p.dots).map(|d| d.point).collect();
     let mut photos = views
         .par_iter()
         .zip(input.photos)
-        .map(|(view, given)| Photo::new(input.mesh, view, given.image, own.edge_px))
+        .map(|(view, given)| Photo::new(input.mesh, view, given.image, own.edge_px, &measured))
         .collect::<Result<Vec<_>, _>>()?;
     stop(obs)?;
     // Weights and everything smooth are worked out on a grid four times as coarse.

@@ -66,7 +66,9 @@ fn weight(
         return 0.0;
     }
     let resolution = photo.view.camera.fx / depth;
-    (facing.powi(2) * resolution.powi(2) * ramp) as f32 * photo.unsaturated(pixel)
+    (facing.powi(2) * resolution.powi(2) * ramp) as f32
+        * photo.unsaturated(pixel)
+        * photo.shows_subject(pixel)
 }
 
 /// Weights ready for painting, on the coarse grid.

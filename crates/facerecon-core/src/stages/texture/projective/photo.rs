@@ -2,6 +2,7 @@
 
 use super::super::{TextureError, TextureInput, TexturePhoto};
 use super::motion::HeadMotion;
+use super::subject::Subject;
 use crate::camera::{Pinhole, Projection, resect};
 use crate::data::{Mesh, Raster, Rgb};
 use crate::math::{Mat3, Vec2, Vec3};
@@ -215,20 +216,27 @@ pub(super) struct Photo<'a> {
     pub centre: Vec3,
     pub sight: Visibility,
     pub image: &'a Rgb,
+    /// Where it shows the subject; `None` where that is not known.
+    pub subject: Option<Subject>,
     /// Linear light of each channel's values.
     pub tones: [[f32; 256]; 3],
 }
 
 impl<'a> Photo<'a> {
+    /// `measured`: points known to lie on the subject.
     pub fn new(
         mesh: &Mesh,
         view: &Sight,
         image: &'a Rgb,
         edge_px: f64,
+        measured: &[Vec3],
     ) -> Result<Self, TextureError> {
         let sight = Visibility::new(mesh, view, image.size(), edge_px)?;
         let tone = std::array::from_fn(|v| linear_from_srgb(v as u8) as f32);
-        Ok(Self { view: *view, centre: view.centre(), sight, image, tones: [tone; 3] })
+        let (view, centre) = (*view, view.centre());
+        let mut photo = Self { view, centre, sight, image, subject: None, tones: [tone; 3] };
+        photo.subject = Subject::new(&photo, measured);
+        Ok(photo)
     }
 
     /// The photo with each channel's values replaced by those of a table.
@@ -243,6 +251,11 @@ impl<'a> Photo<'a> {
             let top = p.into_iter().max().unwrap_or(0);
             ((254.0 - f32::from(top)) / 10.0).clamp(0.02, 1.0)
         })
+    }
+
+    /// How surely a place shows the subject, 0 to 1.
+    pub fn shows_subject(&self, pixel: Vec2) -> f32 {
+        self.subject.as_ref().map_or(1.0, |s| s.at(pixel))
     }
 
     /// Pixel of a point of the mesh frame and its depth.
