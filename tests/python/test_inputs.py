@@ -207,10 +207,10 @@ REFUSED: list[tuple[str, str, Make]] = [
     ("render size", r"size is \(0, 5\)", lambda: fr.render(HEAD, size=(0, 5))),
     ("render size", "size is 5", lambda: fr.render(HEAD, size=5)),  # type: ignore[arg-type]
     ("render mode", "mode is 'x'|mode is \"x\"", lambda: fr.render(HEAD, mode="x")),
-    ("icp model", "template is a ndarray", lambda: fr.icp(POINTS, HEAD.vertices)),
+    ("icp model", "model is a ndarray", lambda: fr.icp(POINTS, HEAD.vertices)),  # type: ignore[arg-type]
     ("icp features", "features is not a pair", lambda: fr.icp(POINTS, HEAD, features=3)),  # type: ignore[arg-type]
     ("triangulate", "matches is not a pair", lambda: fr.triangulate(CAPTURE, 7)),  # type: ignore[arg-type]
-    ("match", "capture is a ndarray", lambda: fr.match(PHOTO)),  # type: ignore[arg-type]
+    ("match", "capture is a ndarray", lambda: fr.match(PHOTO)),
     ("reconstruct", "params is a dict", lambda: fr.reconstruct(CAPTURE, params={})),  # type: ignore[arg-type]
     ("equalize", "method is 'x'", lambda: fr.equalize(PHOTO, "x")),
     ("sharpen", "kernel", lambda: fr.sharpen(PHOTO, np.zeros((2, 2)))),

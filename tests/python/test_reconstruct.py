@@ -172,7 +172,7 @@ WORKS = {
 def test_ctrl_c_stops_within_a_second(work: str, folder: Path, tmp_path: Path) -> None:
     script = tmp_path / "work.py"
     script.write_text(LONG.replace("{work}", WORKS[work]))
-    command = [sys.executable, script, folder, tmp_path / "out"]
+    command = [sys.executable, str(script), str(folder), str(tmp_path / "out")]
     for wait_s in (0.3, 1.7):
         # a group of its own, as a terminal makes it
         process = subprocess.Popen(

@@ -266,14 +266,16 @@ class Result:
         return f"{self.mesh._repr_html_()}<p>{words}</p>" + (f"<ul>{warned}</ul>" if warned else "")
 
 
-def load_template(template: str | PathLike[str] | Mesh) -> _core.Template:
+def load_template(
+    template: str | PathLike[str] | Mesh, argument: str = "template"
+) -> _core.Template:
     """A generic head by name, file or mesh."""
     if isinstance(template, Mesh):
         return _core.Template("mesh", template._parts(), template.landmarks)
     if isinstance(template, str | PathLike):
         return _core.Template.load(fspath(template))
     raise ParameterError(
-        f"the template is a {type(template).__name__}, but a name, a path or a facerecon.Mesh is "
+        f"{argument} is a {type(template).__name__}, but a name, a path or a facerecon.Mesh is "
         "wanted",
         "parameters",
     )

@@ -160,7 +160,7 @@ def icp(
                 "parameters",
             )
     params = params_for("register", profile, settings)
-    head = load_template(model)
+    head = load_template(model, "model")
     watch = watcher(progress, ("register",))
     try:
         matrix, text, history, inliers = _core.icp(
