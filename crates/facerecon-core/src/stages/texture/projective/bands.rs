@@ -25,19 +25,15 @@ impl Bands {
             let c = base.at(x, y);
             if inside(x, y) { [c[0], c[1], c[2], 1.0] } else { [0.0; 4] }
         });
-        let mut levels = vec![base.clone()];
+        let mut levels = vec![base];
         for level in 1..LEVELS {
             // sigma 2, 4, 8 px in all: each blur adds what its predecessors lack
             let radius = 1 << level;
             current = blur(&current, radius);
-            let mut smooth = current.map(|c| {
-                if c[3] > 1e-3 { [c[0] / c[3], c[1] / c[3], c[2] / c[3]] } else { [f32::NAN; 3] }
-            });
-            let plain = base.data();
-            smooth.data_mut().iter_mut().zip(plain).for_each(|(s, b)| {
-                if s[0].is_nan() {
-                    *s = *b;
-                }
+            let smooth = Raster::par_from_fn(w, h, |x, y| {
+                let c = current.at(x, y);
+                let known = c[3] > 1e-3;
+                if known { [c[0] / c[3], c[1] / c[3], c[2] / c[3]] } else { levels[0].at(x, y) }
             });
             levels.push(smooth);
         }

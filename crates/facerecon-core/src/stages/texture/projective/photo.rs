@@ -241,7 +241,11 @@ impl<'a> Photo<'a> {
 
     /// The photo with each channel's values replaced by those of a table.
     pub fn looked_up(&self, table: &[[f32; 256]; 3]) -> Raster<[f32; 3]> {
-        self.image.map(|p| std::array::from_fn(|c| table[c][p[c] as usize]))
+        let (w, h) = self.image.size();
+        Raster::par_from_fn(w, h, |x, y| {
+            let p = self.image.at(x, y);
+            std::array::from_fn(|c| table[c][p[c] as usize])
+        })
     }
 
     /// 1 where no channel of the pixel next to a place is saturated, down to 0.
