@@ -262,21 +262,31 @@ fn the_demo_needs_no_input_and_knows_its_error() {
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     let bench = Bench::new();
-    for profile in ["facebuilder", "precise"] {
+    bench.bring("toed_in", "toed_in");
+    for (capture, profile) in
+        [("capture", "facebuilder"), ("capture", "precise"), ("toed_in", "precise")]
+    {
+        let out = |threads: u8| format!("{capture}-{profile}-{threads}");
         for threads in [1, 2] {
+            let to = out(threads);
             bench.done(&format!(
-                "reconstruct capture -o {profile}{threads} --profile {profile} --threads {threads} -q"
+                "reconstruct {capture} -o {to} --profile {profile} --threads {threads} -q"
             ));
         }
         for name in RESULT.iter().filter(|n| !["result.json", "report.html"].contains(n)) {
-            let [one, two] = [1, 2].map(|t| bench.read(&format!("{profile}{t}/{name}")));
-            assert!(one == two, "{profile}: {name} differs");
+            let [one, two] = [1, 2].map(|t| bench.read(&format!("{}/{name}", out(t))));
+            assert!(one == two, "{capture}, {profile}: {name} differs");
         }
         let [one, two] = [1, 2].map(|t| {
-            let mut facts = json(&bench.text(&format!("{profile}{t}/result.json")));
+            let mut facts = json(&bench.text(&format!("{}/result.json", out(t))));
             facts.as_object_mut().unwrap().remove("timings_ms");
-            facts
+            // the report but for its times
+            let report = bench.text(&format!("{}/report.html", out(t)));
+            let timed = |line: &&str| line.contains(" ms</td>") || line.contains("The run took");
+            let untimed: Vec<_> = report.lines().filter(|l| !timed(l)).map(str::to_owned).collect();
+            (facts, untimed)
         });
-        assert_eq!(one, two, "{profile}");
+        assert_eq!(one.0, two.0, "{capture}, {profile}");
+        assert!(one.1 == two.1, "{capture}, {profile}: report.html differs");
     }
 }
