@@ -24,9 +24,9 @@ pub(crate) struct Cli {
     /// Print the result as JSON on stdout.
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// Number of threads; the result is the same for any.
-    #[arg(long, global = true, value_name = "N")]
-    pub(crate) threads: Option<usize>,
+    /// Number of threads; the result is the same for any [default: one a core].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
 }
 
 /// Where the parameters come from: a profile, a file, single settings, in this order.
@@ -73,10 +73,10 @@ pub(crate) struct CaptureArgs {
     /// Calibration of the rig (OpenCV YAML, XML or JSON); replaces the capture's own.
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
-    /// Dots a row of the projected pattern [default: 85, or the capture's].
+    /// Dots a row of the projected pattern (`facerecon pattern`: 85) [default: the capture's].
     #[arg(long, value_name = "N")]
     pub(crate) columns: Option<usize>,
-    /// Dots a column of the projected pattern [default: 64, or the capture's].
+    /// Dots a column of the projected pattern (`facerecon pattern`: 64) [default: the capture's].
     #[arg(long, value_name = "N")]
     pub(crate) rows: Option<usize>,
 }
@@ -250,7 +250,7 @@ pub(crate) struct RenderArgs {
     /// Views, side by side: front, three-quarter, profile ...
     #[arg(long, value_delimiter = ',', default_value = "front,three-quarter,profile")]
     pub(crate) view: Vec<String>,
-    /// How it is drawn: shaded, textured, wireframe or heat.
+    /// How it is drawn: shaded, textured, lit (textured in studio light), wireframe or heat.
     #[arg(long, default_value = "shaded")]
     pub(crate) mode: String,
     /// Mesh to measure the heat map's distances against.

@@ -12,6 +12,9 @@ mod reconstruct;
 mod stage;
 mod template;
 
+use std::path::Path;
+
+use facerecon_core::io::IoError;
 use facerecon_core::params::Params;
 
 use crate::args::{Cli, Command, ParamArgs};
@@ -21,23 +24,23 @@ use crate::output::Terminal;
 /// Runs the command that was given.
 pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
     match &cli.command {
-        Command::Demo(args) => demo::demo(args, cli.json, terminal),
+        Command::Demo(args) => demo::demo(args, terminal),
         Command::New { dir } => capture::new(dir, terminal),
-        Command::Check { capture } => capture::check(capture, cli.json, terminal),
-        Command::Reconstruct(args) => reconstruct::reconstruct(args, cli.json, terminal),
-        Command::Batch(args) => batch::batch(args, cli.json, terminal),
+        Command::Check { capture } => capture::check(capture, terminal),
+        Command::Reconstruct(args) => reconstruct::reconstruct(args, terminal),
+        Command::Batch(args) => batch::batch(args, terminal),
         Command::Pattern(args) => maker::pattern(args, terminal),
         Command::Simulate(args) => maker::simulate(args, terminal),
         Command::Filter(args) => stage::filter(args, terminal),
-        Command::Detect(args) => stage::detect(args, cli.json, terminal),
-        Command::Match(args) => stage::find_matches(args, cli.json, terminal),
+        Command::Detect(args) => stage::detect(args, terminal),
+        Command::Match(args) => stage::find_matches(args, terminal),
         Command::Triangulate(args) => stage::triangulate(args, terminal),
-        Command::Register(args) => stage::register(args, cli.json, terminal),
+        Command::Register(args) => stage::register(args, terminal),
         Command::Deform(args) => stage::deform(args, terminal),
         Command::Smooth(args) => stage::smooth(args, terminal),
         Command::Texture(args) => stage::texture(args, terminal),
         Command::Render(args) => picture::render(args, terminal),
-        Command::Compare(args) => compare::compare(args, cli.json, terminal),
+        Command::Compare(args) => compare::compare(args, terminal),
         Command::Info { file } => info::info(file, terminal),
         Command::Convert { input, output } => info::convert(input, output, terminal),
         Command::Template { action } => template::template(action, terminal),
@@ -49,7 +52,12 @@ pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
 /// The parameters as the arguments ask for them.
 fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
     let text = match &args.config {
-        Some(path) => Some(facerecon_core::io::read_text(path, "parameters")?),
+        Some(path) => {
+            let text = facerecon_core::io::read_text(path, "parameter file")?;
+            let fault = |e| Failure::usage(format!("{}: {e}", path.display()));
+            text.parse::<toml::Table>().map_err(fault)?;
+            Some(text)
+        }
         None => None,
     };
     let sets = split_settings(&args.set)?;
@@ -67,6 +75,26 @@ fn split_settings(settings: &[String]) -> Result<Vec<(String, String)>, Failure>
             ))),
         })
         .collect()
+}
+
+/// Checks that a result can lie in a folder before the work for it is done.
+fn free_folder(folder: &Path) -> Result<(), Failure> {
+    let file = folder.ancestors().find(|p| p.exists()).filter(|p| !p.is_dir());
+    match file {
+        Some(file) => {
+            let source = std::io::Error::other("a file of that name is there; a folder is wanted");
+            Err(IoError::Write { path: file.to_owned(), source }.into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// Checks that the name of a picture to write says PNG.
+fn named_png(path: &Path) -> Result<(), Failure> {
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("png") => Ok(()),
+        _ => Err(Failure::usage(format!("{}: pictures are written as .png", path.display()))),
+    }
 }
 
 /// JSON for stdout.

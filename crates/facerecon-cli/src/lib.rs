@@ -22,7 +22,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return if printed.is_ok() && !error.use_stderr() { 0 } else { 2 };
         }
     };
-    let terminal = output::Terminal { quiet: cli.quiet };
+    let terminal = output::Terminal { quiet: cli.quiet, json: cli.json };
     match in_threads(cli.threads, || commands::run(&cli, &terminal)) {
         Ok(()) => 0,
         Err(failure) => {
@@ -34,10 +34,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 /// Runs in a pool of as many threads as asked for; the results are the same for any number.
 fn in_threads<T: Send>(
-    threads: Option<usize>,
+    threads: Option<u16>,
     work: impl FnOnce() -> Result<T, failure::Failure> + Send,
 ) -> Result<T, failure::Failure> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
     match builder.build() {
         Ok(pool) => pool.install(work),
         Err(error) => Err(failure::Failure::usage(format!("--threads: {error}"))),

@@ -3,6 +3,9 @@
 
 use std::error::Error as _;
 use std::io::{self, Write};
+use std::path::Path;
+
+use serde_json::{Value, json};
 
 use crate::failure::Failure;
 
@@ -10,6 +13,8 @@ use crate::failure::Failure;
 pub(crate) struct Terminal {
     /// No progress and no words, only results and errors.
     pub(crate) quiet: bool,
+    /// Results as JSON.
+    pub(crate) json: bool,
 }
 
 impl Terminal {
@@ -21,6 +26,20 @@ impl Terminal {
             let _ = out.write_all(b"\n");
         }
         let _ = out.flush();
+    }
+
+    /// The files a command wrote: a word on the way, and with `--json` the result, together with
+    /// further `facts`.
+    pub(crate) fn wrote(&self, files: &[&Path], facts: Value) {
+        let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+        self.say(format!("wrote {}", names.join(" and ")));
+        if self.json {
+            let mut all = json!({ "wrote": names });
+            if let (Some(all), Value::Object(facts)) = (all.as_object_mut(), facts) {
+                all.extend(facts);
+            }
+            self.result(&format!("{all:#}"));
+        }
     }
 
     /// A word on the way: to stderr, unless quiet.

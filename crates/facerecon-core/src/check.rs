@@ -281,7 +281,7 @@ fn row_levels(
 
 fn plain(capture: &Capture, report: &mut CheckReport) {
     let Some(pair) = &capture.plain else {
-        let message = "there is no pair without the pattern, so the dots will show in the texture";
+        let message = "there is no pair without the pattern, so there will be no texture";
         let advice = "take a pair without the pattern from the same place";
         report.add("plain", false, message.to_owned(), advice);
         return;

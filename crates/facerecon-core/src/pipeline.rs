@@ -6,10 +6,11 @@ pub mod parts;
 mod run;
 
 use crate::camera::Rectification;
+use crate::check::{CheckParams, check};
 use crate::data::{Capture, Cloud, CloudFrame, Gray, Match, Mesh, PatternKind};
 use crate::error::Error;
 use crate::math::Similarity;
-use crate::observer::Observer;
+use crate::observer::{Artifact, Observer};
 use crate::params::Params;
 use crate::stages::correspond::correspond;
 use crate::stages::deform::{DeformInput, deform};
@@ -21,7 +22,7 @@ use crate::stages::texture::{Texture, TextureInput, texture};
 use crate::stages::triangulate::{depth_maps, triangulate};
 use crate::template::Template;
 
-use run::Run;
+use run::{OfSide, Run};
 
 /// Everything a run found out.
 #[derive(Clone, Debug)]
@@ -74,6 +75,8 @@ pub fn reconstruct(
 
     let mut level = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
     run.warn(&level.warnings);
+    let photos = run.stage("check", |_| Ok::<_, Error>(check(capture, &CheckParams::default())))?;
+    run.warn(&photos.warnings());
 
     let (found, seen, dots) = match capture.pattern.kind {
         PatternKind::Stripes => {
@@ -82,8 +85,10 @@ pub fn reconstruct(
             (found, [Vec::new(), Vec::new()], [count; 2])
         }
         PatternKind::Dots => {
-            let left = run.stage("detect", |o| parts::dots(&level.left, params, o))?;
-            let right = run.stage("detect", |o| parts::dots(&level.right, params, o))?;
+            let mut dots = |side, image| {
+                run.stage("detect", |o| parts::dots(image, params, &OfSide { side, observer: o }))
+            };
+            let (left, right) = (dots("left", &level.left)?, dots("right", &level.right)?);
             let input = inputs::correspond(capture, &level, &left, &right);
             let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
             let count = [left.dots.len(), right.dots.len()];
@@ -112,6 +117,7 @@ pub fn reconstruct(
     let points = run.stage("triangulate", |o| {
         let all = inputs::with_features(&matches, &features);
         triangulate(&all, rig, &template.mesh, &params.triangulate, o)
+            .map_err(|fault| inputs::of_feature(fault, &matches, &features))
     })?;
     let frame = points.frame;
     let by_rig = rig.filter(|_| frame != CloudFrame::Model);
@@ -128,6 +134,8 @@ pub fn reconstruct(
     let pose = run.stage("register", |o| register(&input, &params.register, o))?;
     let (head, model_from_camera) = inputs::to_scale(template, &pose, frame.is_metric());
     let registered = points.all.transformed(&model_from_camera);
+    run.observer.artifact("register", "head", Artifact::Mesh(&head));
+    run.observer.artifact("register", "cloud", Artifact::Points(&registered.points));
 
     let input = DeformInput {
         template: &head,
@@ -136,10 +144,11 @@ pub fn reconstruct(
         features: &inputs::feature_goals(&points.features, template, &model_from_camera),
     };
     let bent = run.stage("deform", |o| deform(&input, &params.deform, o))?;
-    run.observer.artifact("deform", "mesh", crate::observer::Artifact::Mesh(&bent.mesh));
+    run.observer.artifact("deform", "mesh", Artifact::Mesh(&bent.mesh));
 
     let reference: Vec<_> = input.assignments.iter().map(|a| a.1).collect();
     let smooth = run.stage("smooth", |o| smooth(&bent.mesh, &reference, &params.smooth, o))?;
+    run.observer.artifact("smooth", "mesh", Artifact::Mesh(&smooth.mesh));
 
     let texture = match &capture.plain {
         Some(plain) => {
@@ -154,10 +163,7 @@ pub fn reconstruct(
             let input = TextureInput { mesh, photos: &photos, template_texture: own };
             Some(run.stage("texture", |o| texture(&input, &params.texture, o))?)
         }
-        None => {
-            run.warn(&["there is no pair without the pattern: the face has no texture".to_owned()]);
-            None
-        }
+        None => None,
     };
     Ok(Reconstruction {
         mesh: smooth.mesh,

@@ -67,6 +67,11 @@ impl Observer for Recorder {
 }
 
 impl Record {
+    /// The first artifact of a stage that has this name.
+    pub fn kept(&self, stage: &str, name: &str) -> Option<&Kept> {
+        self.artifacts.iter().find(|(s, n, _)| s == stage && n == name).map(|a| &a.2)
+    }
+
     /// Writes every artifact into a folder: images as PNG, points and meshes as PLY, named
     /// `NN_stage_name` in the order they came.
     ///

@@ -3,7 +3,9 @@
 
 mod html;
 pub mod marks;
+mod page;
 pub mod plots;
+mod steps;
 mod words;
 
 pub use html::html;

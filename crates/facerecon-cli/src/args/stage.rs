@@ -87,8 +87,12 @@ pub(crate) struct RegisterArgs {
     #[arg(long, short, value_name = "PLY")]
     pub(crate) output: PathBuf,
     /// The cloud is in model units already (made without calibration).
-    #[arg(long)]
+    #[arg(long, conflicts_with = "capture")]
     pub(crate) model_units: bool,
+    /// The calibrated capture the cloud was made of: the features marked in it bring the points
+    /// near first.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) template: TemplateArgs,
     #[command(flatten)]
@@ -103,6 +107,12 @@ pub(crate) struct DeformArgs {
     /// Mesh to write.
     #[arg(long, short, value_name = "MESH")]
     pub(crate) output: PathBuf,
+    /// JSON that `register` wrote [default: the one beside the cloud, if any].
+    #[arg(long, value_name = "JSON")]
+    pub(crate) pose: Option<PathBuf>,
+    /// The calibrated capture the cloud was made of: the features marked in it are goals too.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) capture: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) template: TemplateArgs,
     #[command(flatten)]
@@ -124,7 +134,7 @@ pub(crate) struct SmoothArgs {
 /// `facerecon texture`.
 #[derive(Args)]
 pub(crate) struct TextureArgs {
-    /// Mesh with texture coordinates, in the camera frame, mm.
+    /// Mesh with texture coordinates, in the camera frame, mm; in the model frame with `--pose`.
     pub(crate) mesh: PathBuf,
     /// The capture whose photographs colour it.
     #[arg(long, value_name = "CAPTURE")]
@@ -132,6 +142,9 @@ pub(crate) struct TextureArgs {
     /// Textured mesh to write; PNG and MTL go beside it.
     #[arg(long, short, value_name = "MESH")]
     pub(crate) output: PathBuf,
+    /// JSON that `register` wrote: how the model frame lies before the cameras.
+    #[arg(long, value_name = "JSON")]
+    pub(crate) pose: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) params: ParamArgs,
 }

@@ -9,15 +9,16 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{load_params, reconstruct, template, to_json};
+use super::{free_folder, load_params, reconstruct, template, to_json};
 use crate::args::BatchArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
 /// Reconstructs many captures, as many at once as there are threads.
-pub(super) fn batch(args: &BatchArgs, as_json: bool, terminal: &Terminal) -> Result<(), Failure> {
+pub(super) fn batch(args: &BatchArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
+    free_folder(&args.output)?;
     let captures = find_captures(&args.captures)?;
     let shared = batch::shared_names(&captures);
     if !shared.is_empty() {
@@ -51,7 +52,7 @@ pub(super) fn batch(args: &BatchArgs, as_json: bool, terminal: &Terminal) -> Res
     for outcome in &outcomes {
         terminal.say(outcome.to_string());
     }
-    if as_json {
+    if terminal.json {
         terminal.result(&to_json(&json!(outcomes)));
     }
     if failed > 0 {

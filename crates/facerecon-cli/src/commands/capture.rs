@@ -51,10 +51,10 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
 }
 
 /// Says whether the photographs will do.
-pub(super) fn check(args: &CaptureArgs, as_json: bool, terminal: &Terminal) -> Result<(), Failure> {
+pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let loaded = read(args)?;
     let report = check::check(&loaded.capture, &check::CheckParams::default());
-    if as_json {
+    if terminal.json {
         terminal.result(&to_json(&json!({
             "good": report.is_good() && loaded.warnings.is_empty(),
             "findings": report.findings,

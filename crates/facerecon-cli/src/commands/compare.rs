@@ -9,11 +9,7 @@ use crate::failure::Failure;
 use crate::output::Terminal;
 
 /// Distances between two meshes, as they lie and after alignment.
-pub(super) fn compare(
-    args: &CompareArgs,
-    as_json: bool,
-    terminal: &Terminal,
-) -> Result<(), Failure> {
+pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Failure> {
     let a = io::read_mesh(&args.a)?;
     let b = io::read_mesh(&args.b)?;
     let found = compare::compare(
@@ -22,7 +18,7 @@ pub(super) fn compare(
         &CompareParams::default(),
         &(),
     )?;
-    if as_json {
+    if terminal.json {
         terminal.result(&to_json(&serde_json::json!(found)));
     } else {
         terminal.result(&words(&found));

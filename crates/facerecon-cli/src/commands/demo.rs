@@ -6,15 +6,16 @@ use facerecon_core::render::Frame;
 use facerecon_core::{demo as core_demo, io, result};
 use serde_json::json;
 
-use super::{load_params, reconstruct, to_json};
+use super::{free_folder, load_params, reconstruct, to_json};
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::progress::Progress;
 
 /// Simulates a capture, reconstructs it, compares with the truth.
-pub(super) fn demo(args: &DemoArgs, as_json: bool, terminal: &Terminal) -> Result<(), Failure> {
+pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
+    free_folder(&args.output)?;
     let recorder = Recorder::default();
     let progress = Progress::new(terminal.quiet);
     let made = core_demo::demo(args.subject, &params, &[&progress as &dyn Observer, &recorder])?;
@@ -38,7 +39,7 @@ pub(super) fn demo(args: &DemoArgs, as_json: bool, terminal: &Terminal) -> Resul
     ));
     terminal
         .say(format!("wrote {0}; look at {0}/report.html and {0}/picture.png", folder.display()));
-    if as_json {
+    if terminal.json {
         let mut facts = made.found.to_json();
         facts["error_mm"] = json!(error);
         terminal.result(&to_json(&facts));

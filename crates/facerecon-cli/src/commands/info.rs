@@ -103,6 +103,7 @@ pub(super) fn convert(input: &Path, output: &Path, terminal: &Terminal) -> Resul
     for warning in &loaded.warnings {
         terminal.warning(warning);
     }
-    terminal.say(format!("wrote {}", output.display()));
+    let facts = json!({ "vertices": loaded.mesh.vertices.len(), "faces": loaded.mesh.faces.len() });
+    terminal.wrote(&[output], facts);
     Ok(())
 }

@@ -1,13 +1,15 @@
 //! `facerecon pattern`, `facerecon simulate`.
 
 use facerecon_core::pattern::{PatternParams, pattern_image};
-use facerecon_core::settings::{self, Value};
+use facerecon_core::settings::{self, SettingsError, Value};
 use facerecon_core::simulate::{SimulateParams, Subject, simulate as take_photos, write_simulated};
 use facerecon_core::{demo, io};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::split_settings;
+use serde_json::json;
+
+use super::{free_folder, named_png, split_settings};
 use crate::args::{PatternArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -15,15 +17,22 @@ use crate::progress::Progress;
 
 /// Writes the image to project.
 pub(super) fn pattern(args: &PatternArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let Some(params) = own_settings::<PatternParams>(&args.set, terminal)? else { return Ok(()) };
-    io::image::write_png(&args.output, &pattern_image(&params)?)?;
-    terminal.say(format!("wrote {}", args.output.display()));
+    let Some(params) = own_settings::<PatternParams>("pattern", &args.set, terminal)? else {
+        return Ok(());
+    };
+    named_png(&args.output)?;
+    let image = pattern_image(&params)?;
+    io::image::write_png(&args.output, &image)?;
+    terminal.wrote(&[&args.output], json!({ "width": image.width(), "height": image.height() }));
     Ok(())
 }
 
 /// Renders a capture and writes its folder with the truth.
 pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let Some(params) = own_settings::<SimulateParams>(&args.set, terminal)? else { return Ok(()) };
+    let Some(params) = own_settings::<SimulateParams>("simulate", &args.set, terminal)? else {
+        return Ok(());
+    };
+    free_folder(&args.output)?;
     let progress = Progress::new(terminal.quiet);
     let made = match &args.mesh {
         Some(path) => {
@@ -47,12 +56,14 @@ pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), F
         }
     };
     write_simulated(&args.output, &made)?;
-    terminal.say(format!("wrote {}", args.output.display()));
+    let facts = json!({ "dots": made.truth.dots.len() });
+    terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
 /// The settings of a maker from `NAME=VALUE`s; `None` when the list itself was asked for.
 fn own_settings<T: Value + Serialize + DeserializeOwned + Default>(
+    command: &str,
     given: &[String],
     terminal: &Terminal,
 ) -> Result<Option<T>, Failure> {
@@ -60,13 +71,22 @@ fn own_settings<T: Value + Serialize + DeserializeOwned + Default>(
         terminal.result(&settings::commented_toml(&T::default())?);
         return Ok(None);
     }
+    let given = split_settings(given)?;
+    let explained =
+        |e| Failure::usage(format!("{e}\n  `facerecon {command} --set help` lists its settings"));
+    parsed(&given).map(Some).map_err(explained)
+}
+
+fn parsed<T: Value + Serialize + DeserializeOwned + Default>(
+    given: &[(String, String)],
+) -> Result<T, SettingsError> {
     let mut table = toml::Table::new();
-    for (name, value) in split_settings(given)? {
-        settings::set::<T>(&mut table, &name, &value)?;
+    for (name, value) in given {
+        settings::set::<T>(&mut table, name, value)?;
     }
     let params: T = table
         .try_into()
-        .map_err(|e: toml::de::Error| settings::SettingsError::Malformed(e.message().to_owned()))?;
+        .map_err(|e: toml::de::Error| SettingsError::Malformed(e.message().to_owned()))?;
     params.check("", None)?;
-    Ok(Some(params))
+    Ok(params)
 }

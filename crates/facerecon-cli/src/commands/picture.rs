@@ -5,6 +5,9 @@ use facerecon_core::io;
 use facerecon_core::render::{Frame, Heat, Mode, Scene, View, contact_sheet};
 use facerecon_core::spatial::SurfaceIndex;
 
+use serde_json::json;
+
+use super::named_png;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -17,6 +20,7 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
         .map(|name| View::named(name).ok_or_else(|| unknown("--view", name, View::NAMED)))
         .collect::<Result<Vec<_>, _>>()?;
     let mode = Mode::named(&args.mode).ok_or_else(|| unknown("--mode", &args.mode, Mode::NAMED))?;
+    named_png(&args.output)?;
     let loaded = io::read_mesh(&args.mesh)?;
     let distances = match (&args.against, mode) {
         (Some(truth), _) => Some(distances_to(&loaded.mesh, &io::read_mesh(truth)?.mesh)),
@@ -33,7 +37,7 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
     };
     let sheet = contact_sheet(&scene, &views, mode, (args.size, args.size))?;
     io::image::write_png(&args.output, &sheet)?;
-    terminal.say(format!("wrote {}", args.output.display()));
+    terminal.wrote(&[&args.output], json!({ "width": sheet.width(), "height": sheet.height() }));
     Ok(())
 }
 

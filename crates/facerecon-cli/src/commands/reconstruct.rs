@@ -9,19 +9,16 @@ use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
 use facerecon_core::{report, result};
 
-use super::{capture, load_params, template, to_json};
+use super::{capture, free_folder, load_params, template, to_json};
 use crate::args::{FrameArg, ReconstructArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::progress::Progress;
 
 /// Reconstructs a capture and writes the result folder.
-pub(super) fn reconstruct(
-    args: &ReconstructArgs,
-    as_json: bool,
-    terminal: &Terminal,
-) -> Result<(), Failure> {
+pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
+    free_folder(&args.output)?;
     let loaded = capture::read(&args.capture)?;
     let head = template::load(&args.template, terminal)?;
     let (mut found, record) = watched(&loaded.capture, &head, &params, terminal)?;
@@ -36,7 +33,7 @@ pub(super) fn reconstruct(
     )?;
     tell(&found, terminal);
     terminal.say(format!("wrote {}", args.output.display()));
-    if as_json {
+    if terminal.json {
         terminal.result(&to_json(&found.to_json()));
     }
     Ok(())

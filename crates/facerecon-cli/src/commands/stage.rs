@@ -1,7 +1,10 @@
 //! Every stage alone, from files to files.
 
+use std::path::Path;
+
 use facerecon_core::data::{CloudFrame, Rgb};
-use facerecon_core::math::Similarity;
+use facerecon_core::error::Error;
+use facerecon_core::math::{Similarity, Vec3};
 use facerecon_core::params::Params;
 use facerecon_core::pipeline::parts;
 use facerecon_core::report::marks;
@@ -11,10 +14,12 @@ use facerecon_core::stages::register::RegisterInput;
 use facerecon_core::stages::{
     deform as deform_stage, register as register_stage, smooth as smooth_stage,
 };
+use facerecon_core::template::Template;
 use facerecon_core::{io, result};
+use serde::{Deserialize, Deserializer};
 use serde_json::json;
 
-use super::{capture, load_params, template, to_json};
+use super::{capture, load_params, named_png, template, to_json};
 use crate::args::{
     DeformArgs, DetectArgs, FilterArgs, FilterStep, RegisterArgs, SmoothArgs, StageArgs,
     TextureArgs, TriangulateArgs,
@@ -26,6 +31,7 @@ use crate::progress::Progress;
 /// Thesis section 2.2: one photo after a step of the preprocessing.
 pub(super) fn filter(args: &FilterArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
+    named_png(&args.output)?;
     let photo = io::image::read_photo(&args.image)?;
     let filtered = filter::filter(&photo.gray, &params.filter, &())?;
     let picture = match args.step {
@@ -39,13 +45,14 @@ pub(super) fn filter(args: &FilterArgs, terminal: &Terminal) -> Result<(), Failu
         }
     };
     io::image::write_png(&args.output, &picture.to_u8())?;
-    terminal.say(format!("wrote {}", args.output.display()));
+    terminal.wrote(&[&args.output], json!({}));
     Ok(())
 }
 
 /// The dots of one photo.
-pub(super) fn detect(args: &DetectArgs, as_json: bool, terminal: &Terminal) -> Result<(), Failure> {
+pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
+    args.picture.as_deref().map_or(Ok(()), named_png)?;
     let photo = io::image::read_photo(&args.image)?;
     let found = parts::dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
     if let Some(path) = &args.output {
@@ -58,7 +65,7 @@ pub(super) fn detect(args: &DetectArgs, as_json: bool, terminal: &Terminal) -> R
         io::image::write_png(path, &picture)?;
         terminal.say(format!("wrote {}", path.display()));
     }
-    if as_json {
+    if terminal.json {
         let facts = json!({ "dots": found.dots.len(), "spacing_px": found.spacing_px });
         terminal.result(&to_json(&facts));
     } else {
@@ -69,11 +76,7 @@ pub(super) fn detect(args: &DetectArgs, as_json: bool, terminal: &Terminal) -> R
 }
 
 /// The table of matches of a capture.
-pub(super) fn find_matches(
-    args: &StageArgs,
-    as_json: bool,
-    terminal: &Terminal,
-) -> Result<(), Failure> {
+pub(super) fn find_matches(args: &StageArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let loaded = capture::read(&args.capture)?;
     let found = parts::find_matches(&loaded.capture, &params, &Progress::new(terminal.quiet))?;
@@ -83,7 +86,7 @@ pub(super) fn find_matches(
         terminal.warning(warning);
     }
     terminal.say(format!("wrote {}", args.output.display()));
-    if as_json {
+    if terminal.json {
         let [left, right] = found.dots;
         let dots = json!({ "left": left, "right": right });
         terminal.result(&to_json(&json!({ "dots": dots, "matches": found.matches.len() })));
@@ -104,24 +107,23 @@ pub(super) fn triangulate(args: &TriangulateArgs, terminal: &Terminal) -> Result
     let frame =
         if points.frame.is_metric() { "camera frame, mm" } else { "model units: no calibration" };
     io::ply::write_cloud(&args.output, &points.cloud, frame)?;
-    terminal.say(format!("wrote {} ({frame})", args.output.display()));
+    terminal.say(format!("{} points, {frame}", points.cloud.len()));
+    let facts = json!({ "points": points.cloud.len(), "metric": points.frame.is_metric() });
+    terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
 /// A cloud in the frame of the generic head.
-pub(super) fn register(
-    args: &RegisterArgs,
-    as_json: bool,
-    terminal: &Terminal,
-) -> Result<(), Failure> {
+pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
     let cloud = io::read_points(&args.cloud)?;
+    let features = features(args.capture.as_deref(), &head, &params)?;
     let input = RegisterInput {
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
-        features: &[],
+        features: &parts::feature_points(&features, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
     let pose = register_stage::register(&input, &params.register, &Progress::new(terminal.quiet))?;
@@ -131,6 +133,7 @@ pub(super) fn register(
         "model_from_data": model_from_data.to_rows(),
         "template_scale": 1.0 / pose.model_from_data.scale,
         "iterations": pose.iterations,
+        "from_features": pose.from_features,
         "termination": pose.termination,
         "rms_before": pose.rms_before,
         "rms_after": pose.rms_after,
@@ -139,7 +142,7 @@ pub(super) fn register(
     let beside = args.output.with_extension("json");
     io::atomic::write(&beside, format!("{facts:#}\n").as_bytes())?;
     terminal.say(format!("wrote {} and {}", args.output.display(), beside.display()));
-    if as_json {
+    if terminal.json {
         terminal.result(&to_json(&facts));
     }
     Ok(())
@@ -150,22 +153,39 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
     let cloud = io::read_points(&args.cloud)?;
+    let beside = args.cloud.with_extension("json");
+    let pose = match &args.pose {
+        Some(path) => Pose::read(path)?,
+        None if beside.is_file() => Pose::read(&beside)?,
+        None if args.capture.is_some() => {
+            return Err(Failure::usage("--capture needs --pose, the JSON that register wrote"));
+        }
+        None => Pose::default(),
+    };
+    let features = features(args.capture.as_deref(), &head, &params)?;
+    let size = Similarity { scale: pose.template_scale, ..Similarity::identity() };
+    let mesh = head.mesh.transformed(&size);
     let assignments =
-        facerecon_core::spatial::eliminate_multiple(&cloud.points, &head.mesh.vertices, None);
+        facerecon_core::spatial::eliminate_multiple(&cloud.points, &mesh.vertices, None);
     let input = deform_stage::DeformInput {
-        template: &head.mesh,
+        template: &mesh,
         data: &cloud,
         assignments: &assignments,
-        features: &[],
+        features: &parts::feature_goals(&features, &head, &pose.model_from_data),
     };
     let bent = deform_stage::deform(&input, &params.deform, &Progress::new(terminal.quiet))?;
     io::write_mesh(&args.output, &bent.mesh, None)?;
     terminal.say(format!(
-        "wrote {}: {:.3} from its goals before, {:.3} after (root mean square)",
-        args.output.display(),
-        bent.rms_before,
-        bent.rms_after
+        "{:.3} from its goals before, {:.3} after (root mean square)",
+        bent.rms_before, bent.rms_after
     ));
+    let facts = json!({
+        "goals": assignments.len(),
+        "features": input.features.len(),
+        "rms_before": bent.rms_before,
+        "rms_after": bent.rms_after,
+    });
+    terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
@@ -179,7 +199,8 @@ pub(super) fn smooth(args: &SmoothArgs, terminal: &Terminal) -> Result<(), Failu
     let loaded = io::read_mesh(&args.mesh)?;
     let done = smooth_stage::smooth(&loaded.mesh, &[], &params.smooth, &())?;
     io::write_mesh(&args.output, &done.mesh, loaded.texture.as_ref())?;
-    terminal.say(format!("wrote {} after {} steps", args.output.display(), done.steps));
+    terminal.say(format!("{} steps", done.steps));
+    terminal.wrote(&[&args.output], json!({ "steps": done.steps }));
     Ok(())
 }
 
@@ -188,9 +209,64 @@ pub(super) fn texture(args: &TextureArgs, terminal: &Terminal) -> Result<(), Fai
     let params = load_params(&args.params)?;
     let loaded = io::read_mesh(&args.mesh)?;
     let capture = io::capture::read_capture(&args.capture)?.capture;
-    let made =
-        parts::texture_mesh(&capture, &loaded.mesh, &params, &Progress::new(terminal.quiet))?;
+    let before_cameras = match &args.pose {
+        Some(path) => loaded.mesh.transformed(&Pose::read(path)?.model_from_data.inverse()),
+        None => loaded.mesh.clone(),
+    };
+    let progress = Progress::new(terminal.quiet);
+    let made = parts::texture_mesh(&capture, &before_cameras, &params, &progress)?;
     io::write_mesh(&args.output, &loaded.mesh, Some(&made.image))?;
-    terminal.say(format!("wrote {}", args.output.display()));
+    terminal.wrote(&[&args.output], json!({ "texture_px": made.image.width() }));
     Ok(())
+}
+
+/// The features marked in a capture, in its own frame; none without a capture.
+fn features(
+    capture: Option<&Path>,
+    head: &Template,
+    params: &Params,
+) -> Result<Vec<(String, Vec3)>, Failure> {
+    match capture {
+        Some(path) => {
+            let capture = io::capture::read_capture(path)?.capture;
+            Ok(parts::features(&capture, head, params)?)
+        }
+        None => Ok(Vec::new()),
+    }
+}
+
+/// What `register` found out, as later commands need it.
+#[derive(Deserialize)]
+struct Pose {
+    #[serde(deserialize_with = "similarity")]
+    model_from_data: Similarity,
+    template_scale: f64,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self { model_from_data: Similarity::identity(), template_scale: 1.0 }
+    }
+}
+
+impl Pose {
+    fn read(path: &Path) -> Result<Self, Failure> {
+        let text = io::read_text(path, "pose")?;
+        let fault = |reason: String| {
+            let file = path.display();
+            Error::Input(format!("{file}: this is not the JSON that register writes: {reason}"))
+        };
+        let pose: Self = serde_json::from_str(&text).map_err(|e| fault(e.to_string()))?;
+        if !(pose.template_scale > 0.0 && pose.template_scale.is_finite()) {
+            return Err(fault(format!("template_scale is {}", pose.template_scale)).into());
+        }
+        Ok(pose)
+    }
+}
+
+fn similarity<'de, D: Deserializer<'de>>(from: D) -> Result<Similarity, D::Error> {
+    let rows = <[[f64; 4]; 4]>::deserialize(from)?;
+    Similarity::from_rows(&rows).ok_or_else(|| {
+        serde::de::Error::custom("model_from_data is no rotation with shift and scale")
+    })
 }

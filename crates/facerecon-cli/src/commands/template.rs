@@ -3,6 +3,9 @@
 use facerecon_core::io;
 use facerecon_core::template::{self, LoadedTemplate, Template, presets::PRESETS};
 
+use serde_json::json;
+
+use super::to_json;
 use crate::args::{TemplateAction, TemplateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -31,6 +34,7 @@ pub(super) fn load(args: &TemplateArgs, terminal: &Terminal) -> Result<Template,
 /// Lists or writes templates.
 pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(), Failure> {
     match action {
+        TemplateAction::List if terminal.json => terminal.result(&to_json(&listed())),
         TemplateAction::List => {
             terminal.result("built in:");
             for head in [template::built_in(), template::head_coarse()] {
@@ -59,8 +63,29 @@ pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(
             };
             io::write_mesh(output, &head.mesh, None)?;
             let sidecar = template::write_landmarks(output, &head.name, &head.landmarks)?;
-            terminal.say(format!("wrote {} and {}", output.display(), sidecar.display()));
+            let facts =
+                json!({ "vertices": head.mesh.vertices.len(), "faces": head.mesh.faces.len() });
+            terminal.wrote(&[output, &sidecar], facts);
         }
     }
     Ok(())
+}
+
+/// All templates as JSON.
+fn listed() -> serde_json::Value {
+    let built_in: Vec<_> = [template::built_in(), template::head_coarse()]
+        .iter()
+        .map(|head| {
+            json!({ "name": head.name, "vertices": head.mesh.vertices.len(),
+                "faces": head.mesh.faces.len(), "unit": "mm", "landmarks": head.landmarks.len() })
+        })
+        .collect();
+    let presets: Vec<_> = PRESETS
+        .iter()
+        .map(|p| {
+            json!({ "name": p.name, "title": p.title, "unit": p.unit.to_string(),
+                "landmarks": p.landmarks.len() })
+        })
+        .collect();
+    json!({ "built_in": built_in, "presets": presets })
 }

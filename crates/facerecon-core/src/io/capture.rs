@@ -74,6 +74,13 @@ pub fn read_capture_with(
     let (file, text, warnings) = match path {
         Some(path) => {
             let file = if path.is_dir() { path.join(FILE_NAME) } else { path.to_owned() };
+            if path.is_dir() && !file.exists() {
+                let message = format!(
+                    "the folder holds no {FILE_NAME}; `facerecon new {}` writes one to fill in",
+                    path.display()
+                );
+                return Err(IoError::malformed(path, message));
+            }
             let bytes = read_bytes(&file, "capture file", MAX_FILE_MB)?;
             let (text, warnings) =
                 text::parse(&decode_text(&bytes)).map_err(|e| e.in_file(&file))?;

@@ -70,6 +70,21 @@ impl Similarity {
         ]
     }
 
+    /// The transform of a 4x4 matrix, row by row; `None` for one that does more than turn, scale
+    /// and shift.
+    pub fn from_rows(rows: &[[f64; 4]; 4]) -> Option<Self> {
+        let m = Mat3::from_fn(|i, j| rows[i][j]);
+        let translation = Vec3::new(rows[0][3], rows[1][3], rows[2][3]);
+        let scale = m.determinant().cbrt();
+        let rotation = m / scale;
+        let skew = (rotation * rotation.transpose() - Mat3::identity()).abs().max();
+        let plain = scale > 0.0
+            && skew < 1e-6
+            && rows[3] == [0.0, 0.0, 0.0, 1.0]
+            && translation.iter().all(|v| v.is_finite());
+        plain.then_some(Self { scale, rotation, translation })
+    }
+
     /// Angle of the rotation, radians.
     pub fn angle(&self) -> f64 {
         ((self.rotation.trace() - 1.0) / 2.0).clamp(-1.0, 1.0).acos()

@@ -14,6 +14,7 @@ use crate::stages::rectify::Rectified;
 use crate::stages::refine::Refined;
 use crate::stages::register::Registration;
 use crate::stages::texture::{TextureDot, TexturePhoto};
+use crate::stages::triangulate::TriangulateError;
 use crate::template::Template;
 
 /// The points of a run: those of the matches, those of the marked features, and all measured.
@@ -110,6 +111,22 @@ pub(super) fn with_features(matches: &[Match], features: &[(String, Match)]) -> 
     matches.iter().copied().chain(features.iter().map(|f| f.1)).collect()
 }
 
+/// The fault of a triangulated list of matches and features, by the feature's name where it is one's.
+pub(super) fn of_feature(
+    fault: TriangulateError,
+    matches: &[Match],
+    features: &[(String, Match)],
+) -> Error {
+    let TriangulateError::Behind { index, disparity_px } = fault else { return fault.into() };
+    match index.checked_sub(matches.len()).and_then(|i| features.get(i)) {
+        Some((name, _)) => Error::Input(format!(
+            "triangulate: the feature {name} has a disparity of {disparity_px:.2} px, at or beyond \
+             infinity for this rig; mark it anew in both photos ([landmarks] of capture.toml)"
+        )),
+        None => fault.into(),
+    }
+}
+
 /// Parts the triangulated list again, and lays the dense surface out in space.
 pub(super) fn points(
     cloud: &Cloud,
@@ -130,10 +147,7 @@ pub(super) fn points(
 }
 
 /// Measured features with their places on the template.
-pub(super) fn feature_points(
-    features: &[(String, Vec3)],
-    template: &Template,
-) -> Vec<(Vec3, Vec3)> {
+pub fn feature_points(features: &[(String, Vec3)], template: &Template) -> Vec<(Vec3, Vec3)> {
     features
         .iter()
         .filter_map(|(name, p)| Some((*p, template.mesh.vertices[*template.landmarks.get(name)?])))
@@ -164,7 +178,7 @@ pub(super) fn assignments(
 }
 
 /// Vertices of the marked features with their measured places in the model frame.
-pub(super) fn feature_goals(
+pub fn feature_goals(
     features: &[(String, Vec3)],
     template: &Template,
     model_from_camera: &Similarity,

@@ -1,13 +1,13 @@
 //! Parts of the pipeline that make sense alone: for the commands and functions of single stages.
 
 use super::inputs;
-pub use super::inputs::to_scale;
+pub use super::inputs::{feature_goals, feature_points, to_scale};
 use super::run::Run;
 use crate::camera::Rectification;
 use crate::data::{Capture, Gray, Match, Mesh, PatternKind, Rgb};
 use crate::error::Error;
 use crate::math::{Similarity, Vec2, Vec3};
-use crate::observer::Observer;
+use crate::observer::{Artifact, Observer};
 use crate::params::Params;
 use crate::spatial::SurfaceIndex;
 use crate::stages::correspond::{Correspondence, correspond, correspond_stripes};
@@ -15,7 +15,7 @@ use crate::stages::detect::{DetectMethod, Detection, detect};
 use crate::stages::filter::filter;
 use crate::stages::rectify::{Rectified, rectify};
 use crate::stages::texture::{Texture, TextureInput, TextureMethod, texture};
-use crate::stages::triangulate::{Triangulated, triangulate};
+use crate::stages::triangulate::{TriangulateMethod, TriangulateParams, Triangulated, triangulate};
 use crate::template::Template;
 
 /// The matches of a capture.
@@ -37,12 +37,15 @@ pub struct Matched {
 /// # Errors
 /// Those of the stages filter and detect.
 pub fn dots(image: &Gray, params: &Params, observer: &dyn Observer) -> Result<Detection, Error> {
-    if params.detect.method == DetectMethod::Thin {
+    let found = if params.detect.method == DetectMethod::Thin {
         let filtered = filter(image, &params.filter, observer)?;
-        Ok(detect(&filtered.binary, &params.detect, observer)?)
+        detect(&filtered.binary, &params.detect, observer)?
     } else {
-        Ok(detect(image, &params.detect, observer)?)
-    }
+        detect(image, &params.detect, observer)?
+    };
+    let places: Vec<Vec3> = found.dots.iter().map(|d| d.position.push(0.0)).collect();
+    observer.artifact("detect", "dots", Artifact::Points(&places));
+    Ok(found)
 }
 
 /// The matches of a capture of stripes.
@@ -87,6 +90,35 @@ pub fn find_matches(
     };
     let warnings = level.warnings.iter().chain(&found.warnings).cloned().collect();
     Ok(Matched { matches: found.matches, rectification: level.rectification, dots, warnings })
+}
+
+/// The features marked in a calibrated capture, with their places in the camera frame, mm.
+///
+/// # Errors
+/// [`Error::Input`] without calibration, or where the template knows none of the marked features;
+/// those of the stages rectify and triangulate.
+pub fn features(
+    capture: &Capture,
+    template: &Template,
+    params: &Params,
+) -> Result<Vec<(String, Vec3)>, Error> {
+    let views = rectify(capture, &params.rectify, &())?.rectification;
+    let marked = inputs::features(capture, &views, template)?;
+    let Some(rig) = views.rig.as_ref().filter(|_| !marked.is_empty()) else {
+        return match marked.len() {
+            0 => Ok(Vec::new()),
+            _ => Err(Error::Input(
+                "register: features can only be used alone with calibrated cameras; add [rig] to \
+                 capture.toml, or leave out --capture"
+                    .into(),
+            )),
+        };
+    };
+    let pairs = inputs::with_features(&[], &marked);
+    let metric = TriangulateParams { method: TriangulateMethod::Metric, ..params.triangulate };
+    let places = triangulate(&pairs, Some(rig), &template.mesh, &metric, &())
+        .map_err(|fault| inputs::of_feature(fault, &[], &marked))?;
+    Ok(marked.into_iter().map(|m| m.0).zip(places.cloud.points).collect())
 }
 
 /// Points from pairs in the photos' own pixels.
@@ -149,6 +181,7 @@ pub fn texture_mesh(
                 .into(),
         ));
     }
+    stands_before(capture, mesh)?;
     let in_place = Similarity::identity();
     let mut photos = inputs::photos(capture, plain, &in_place);
     if params.texture.method == TextureMethod::Scanline {
@@ -163,4 +196,25 @@ pub fn texture_mesh(
     let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
     let input = TextureInput { mesh, photos: &photos, template_texture: None };
     Ok(texture(&input, &params.texture, observer)?)
+}
+
+/// Checks that a mesh is where the cameras look.
+fn stands_before(capture: &Capture, mesh: &Mesh) -> Result<(), Error> {
+    let Some(rig) = &capture.rig else { return Ok(()) };
+    let (width, height) = capture.left.size();
+    let seen = |v: &&Vec3| {
+        v.z > 0.0
+            && rig.left.project(v).is_some_and(|p| {
+                (0.0..width as f64).contains(&p.x) && (0.0..height as f64).contains(&p.y)
+            })
+    };
+    let (count, all) = (mesh.vertices.iter().filter(seen).count(), mesh.vertices.len());
+    if 10 * count >= all {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "texture: {count} of the mesh's {all} vertices lie in the left photo, at least a tenth is \
+         needed; the mesh must be in the camera frame in mm (reconstruct --frame camera), or its pose \
+         be given (texture --pose, the JSON that register wrote)"
+    )))
 }

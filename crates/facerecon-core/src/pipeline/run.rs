@@ -3,7 +3,25 @@
 use std::time::Instant;
 
 use crate::error::Error;
-use crate::observer::{Event, Observer};
+use crate::observer::{Artifact, Event, Observer};
+
+/// An observer of one photo: what it is shown carries the side's name.
+pub(super) struct OfSide<'a> {
+    pub(super) side: &'static str,
+    pub(super) observer: &'a dyn Observer,
+}
+
+impl Observer for OfSide<'_> {
+    fn event(&self, event: &Event<'_>) {
+        self.observer.event(event);
+    }
+    fn artifact(&self, stage: &str, name: &str, artifact: Artifact<'_>) {
+        self.observer.artifact(stage, &format!("{}_{name}", self.side), artifact);
+    }
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+}
 
 /// A run of the pipeline: who watches, how long each stage took, what was noticed.
 pub(super) struct Run<'a> {

@@ -1,7 +1,7 @@
 //! Marks on photographs: dots found, matches coloured by disparity; the texture's coverage.
 
-use crate::data::{Gray, Raster, Rgb};
-use crate::math::Vec2;
+use crate::data::{Gray, Mesh, Raster, Rgb};
+use crate::math::{Vec2, Vec3, percentile};
 use crate::stages::texture::{FILLED, SEEN_EXTRA, SEEN_LEFT, SEEN_RIGHT};
 
 /// A grey image as colour.
@@ -26,6 +26,61 @@ pub fn crosses(image: &mut Rgb, positions: impl IntoIterator<Item = (Vec2, [u8; 
             }
         }
     }
+}
+
+/// Marks each position (pixels) with a single point; what lies outside is left out.
+pub fn points(image: &mut Rgb, positions: impl IntoIterator<Item = Vec2>, color: [u8; 3]) {
+    for p in positions.into_iter().filter(|p| p.x.is_finite() && p.y.is_finite()) {
+        let (x, y) = (p.x.round() as isize, p.y.round() as isize);
+        if image.get(x, y).is_some() {
+            image.set(x as usize, y as usize, color);
+        }
+    }
+}
+
+/// A dark picture made lighter for the eye: its brightest hundredth becomes nearly white, and dark
+/// tones gain most.
+pub fn brightened(image: &Rgb) -> Rgb {
+    let values = image.data().iter().map(|p| f64::from(p[0].max(p[1]).max(p[2])));
+    let top = percentile(&values.collect::<Vec<_>>(), 0.99).unwrap_or(255.0).clamp(16.0, 235.0);
+    let table: [u8; 256] =
+        std::array::from_fn(|v| (235.0 * (v as f64 / top).min(1.08).powf(0.7)).round() as u8);
+    image.map(|p| p.map(|v| table[usize::from(v)]))
+}
+
+/// Single bright pixels made three wide, so that they survive being scaled down.
+pub fn widened(image: &Rgb) -> Rgb {
+    Rgb::from_fn(image.width(), image.height(), |x, y| {
+        let mut most = [0; 3];
+        for (dx, dy) in [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)] {
+            if let Some(p) = image.get(x as isize + dx, y as isize + dy) {
+                most = std::array::from_fn(|c| p[c].max(most[c]));
+            }
+        }
+        most
+    })
+}
+
+/// A mesh in plaster colour with a small blue stud at each point.
+pub fn studded(mesh: &Mesh, points: &[Vec3]) -> Mesh {
+    const PLASTER: [u8; 3] = [226, 216, 206];
+    const STUD: [u8; 3] = [38, 110, 190];
+    const RADIUS: f64 = 1.1;
+    let mut all = Mesh { vertices: mesh.vertices.clone(), ..Mesh::default() };
+    all.faces.clone_from(&mesh.faces);
+    all.colors = vec![PLASTER; mesh.vertices.len()];
+    for p in points.iter().filter(|p| p.iter().all(|v| v.is_finite())) {
+        let first = all.vertices.len() as u32;
+        let axes = [Vec3::x(), Vec3::y(), -Vec3::x(), -Vec3::y(), Vec3::z(), -Vec3::z()];
+        all.vertices.extend(axes.map(|a| p + a * RADIUS));
+        all.colors.extend([STUD; 6]);
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            all.faces.push([first + k, first + next, first + 4]);
+            all.faces.push([first + next, first + k, first + 5]);
+        }
+    }
+    all
 }
 
 /// The coverage of a texture as colours: red where the left photo saw it, green the right one

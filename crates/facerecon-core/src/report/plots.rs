@@ -2,32 +2,46 @@
 
 use plotters::prelude::*;
 
-const SIZE: (u32, u32) = (640, 320);
+/// Pixels of a wide plot, half a page; and of one as high as it is wide, a third of a page.
+const WIDE: (u32, u32) = (560, 300);
+const SQUARE: (u32, u32) = (400, 400);
 const LINE: RGBColor = RGBColor(33, 102, 172);
 
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// The error after each step of an iterative stage, as an SVG picture; empty without steps.
-pub fn convergence(title: &str, y_label: &str, history: &[f64]) -> String {
+/// The error after each step of an iterative stage, as an SVG picture; empty without steps. `first`
+/// is the number of the first entry: 0 where it is the error before any step.
+pub fn convergence(title: &str, y_label: &str, history: &[f64], first: usize) -> String {
     let finite: Vec<(f64, f64)> = history
         .iter()
         .enumerate()
         .filter(|(_, e)| e.is_finite())
-        .map(|(i, e)| ((i + 1) as f64, *e))
+        .map(|(i, e)| ((i + first) as f64, *e))
         .collect();
     if finite.is_empty() {
         return String::new();
     }
-    let top = finite.iter().fold(0.0f64, |m, p| m.max(p.1)) * 1.05 + 1e-12;
-    let last = finite.iter().fold(1.0f64, |m, p| m.max(p.0));
-    svg(|area| {
+    // a descent of a few per cent would be a flat line on an axis from zero
+    let (low, high) = finite.iter().fold((f64::MAX, f64::MIN), |m, p| (m.0.min(p.1), m.1.max(p.1)));
+    let foot = if low > 0.5 * high { low - 0.25 * (high - low) } else { 0.0f64.min(low) };
+    let top = high + 0.06 * (high - foot) + 1e-9 * high.abs() + 1e-12;
+    let (start, last) = (first as f64, finite.last().map_or(1.0, |p| p.0));
+    svg(SQUARE, |area| {
         let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 18))
+            .caption(title, ("sans-serif", 17))
             .margin(12)
-            .x_label_area_size(36)
-            .y_label_area_size(60)
-            .build_cartesian_2d(1.0..last.max(2.0), 0.0..top)?;
-        chart.configure_mesh().x_desc("step").y_desc(y_label).light_line_style(WHITE).draw()?;
+            .x_label_area_size(40)
+            .y_label_area_size(64)
+            .build_cartesian_2d(start..last.max(start + 1.0), foot..top)?;
+        chart
+            .configure_mesh()
+            .x_desc("step")
+            .y_desc(y_label)
+            .label_style(("sans-serif", 13))
+            .x_labels((last as usize + 1 - first).clamp(2, 12))
+            .x_label_formatter(&|v| format!("{v:.0}"))
+            .light_line_style(WHITE)
+            .draw()?;
         chart.draw_series(LineSeries::new(finite.iter().copied(), LINE.stroke_width(2)))?;
         chart.draw_series(finite.iter().map(|p| Circle::new(*p, 2, LINE.filled())))?;
         Ok(())
@@ -39,18 +53,23 @@ pub fn histogram(title: &str, x_label: &str, values: &[f64], bins: usize) -> Str
     let finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let low = finite.iter().copied().fold(f64::INFINITY, f64::min);
     let high = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // whole numbers get a bin each (or each so many), so that none stands empty between them
+    let whole = finite.iter().all(|v| v.fract() == 0.0 && v.abs() < 1e9);
+    let step = ((high - low + 1.0) / bins as f64).ceil();
+    let (low, bins) =
+        if whole { (low - 0.5, ((high - low + 1.0) / step).ceil() as usize) } else { (low, bins) };
     if finite.is_empty() || bins == 0 {
         return String::new();
     }
-    let width = ((high - low) / bins as f64).max(1e-9);
+    let width = if whole { step } else { ((high - low) / bins as f64).max(1e-9) };
     let mut counts = vec![0u32; bins];
     for v in &finite {
         counts[(((v - low) / width) as usize).min(bins - 1)] += 1;
     }
     let top = counts.iter().copied().max().unwrap_or(1).max(1);
-    svg(|area| {
+    svg(WIDE, |area| {
         let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 18))
+            .caption(title, ("sans-serif", 17))
             .margin(12)
             .x_label_area_size(36)
             .y_label_area_size(60)
@@ -59,6 +78,7 @@ pub fn histogram(title: &str, x_label: &str, values: &[f64], bins: usize) -> Str
             .configure_mesh()
             .x_desc(x_label)
             .y_desc("count")
+            .label_style(("sans-serif", 13))
             .disable_x_mesh()
             .light_line_style(WHITE)
             .draw()?;
@@ -73,10 +93,13 @@ pub fn histogram(title: &str, x_label: &str, values: &[f64], bins: usize) -> Str
     })
 }
 
-fn svg(draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Drawn) -> String {
+fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Drawn,
+) -> String {
     let mut text = String::new();
     {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
         // Drawing into a string cannot fail but for a chart without room, which has no picture.
         if area.fill(&WHITE).is_err() || draw(&area).is_err() || area.present().is_err() {
             return String::new();
@@ -91,9 +114,9 @@ mod tests {
 
     #[test]
     fn plots_are_svg_and_survive_odd_numbers() {
-        let plot = convergence("ICP", "error, mm", &[3.0, 2.0, f64::NAN, 1.5]);
+        let plot = convergence("ICP", "error, mm", &[3.0, 2.0, f64::NAN, 1.5], 0);
         assert!(plot.starts_with("<svg") && plot.matches("<circle").count() == 3, "{plot}");
-        assert!(convergence("ICP", "mm", &[]).is_empty());
+        assert!(convergence("ICP", "mm", &[], 1).is_empty());
         let bars = histogram("Disparity", "px", &[1.0, 2.0, 2.1, 9.0, f64::INFINITY], 8);
         assert!(bars.matches("<rect").count() >= 8);
         assert!(histogram("One", "px", &[4.0], 8).starts_with("<svg"));

@@ -37,7 +37,11 @@ pub fn summary(result: &Reconstruction) -> Vec<String> {
             size.width_mm, size.height_mm
         ));
     }
-    let total: f64 = result.timings_ms.iter().map(|t| t.1).sum();
-    words.push(format!("The run took {:.2} s.", total / 1000.0));
+    words.push(format!("The run took {:.2} s.", total_ms(result) / 1000.0));
     words
+}
+
+/// Milliseconds of all stages together.
+pub(super) fn total_ms(result: &Reconstruction) -> f64 {
+    result.timings_ms.iter().map(|t| t.1).sum()
 }
