@@ -95,7 +95,7 @@ fn face_region(head: &Template) -> Vec<bool> {
     head.mesh.vertices.iter().map(inside).collect()
 }
 
-/// The true and the reconstructed face side by side: shaded, textured.
+/// The true face in colour, the reconstructed one in colour, and the shapes of both, a row each.
 ///
 /// # Errors
 /// [`Error::Render`] for a mesh that cannot be drawn.
@@ -107,7 +107,8 @@ pub fn picture(demo: &Demo) -> Result<Rgb, Error> {
     let true_face = Scene { texture: Some(&demo.skin), ..Scene::new(&truth) };
     let texture = demo.found.texture.as_ref().map(|t| &t.image);
     let ours = Scene { texture, ..Scene::new(&demo.found.mesh) };
-    let textured = if texture.is_some() { Mode::Lit } else { Mode::Shaded };
+    // the photos' own light is in our texture, the true skin needs some
+    let textured = if texture.is_some() { Mode::Textured } else { Mode::Shaded };
     let rows = [
         contact_sheet(&true_face, &views, Mode::Lit, CELL)?,
         contact_sheet(&ours, &views, textured, CELL)?,

@@ -95,9 +95,12 @@ settings! {
         wall: bool = true;
         /// Distance of the wall behind the foremost point of the subject.
         wall_mm: f64 = 700.0, range 50.0..=5000.0, unit "mm";
-        /// Brightness (of the brightest colour) that a twentieth of the subject exceeds, as a fraction
-        /// of white; both cameras are exposed alike.
+        /// Exposure with the pattern: brightness (of the brightest colour) that a twentieth of the
+        /// subject exceeds, as a fraction of white; both cameras are exposed alike.
         exposure: f64 = 0.72, range 0.01..=4.0;
+        /// Exposure without the pattern: brightness of white paper that faces the lamp, as a fraction
+        /// of white; near 1 skin of any colour comes out at its own tone.
+        exposure_plain: f64 = 1.25, range 0.01..=4.0;
         /// Sensitivity of the right camera against the left one.
         gain_right: f64 = 1.0, range 0.1..=10.0;
         /// Standard deviation of the lens blur.
@@ -219,7 +222,7 @@ pub fn simulate(
     }
     let exposure = [
         Exposure::automatic(&light[0].pattern, &light[0].subject, params),
-        Exposure::automatic(&light[0].plain, &light[0].subject, params),
+        Exposure::of_paper(params),
     ];
     let photo = |side: usize, plain: usize| {
         let linear = if plain == 1 { &light[side].plain } else { &light[side].pattern };

@@ -121,6 +121,13 @@ impl Exposure {
         Self { factor: params.exposure / bright }
     }
 
+    /// Puts white paper that faces the lamp where it was asked for.
+    pub(super) fn of_paper(params: &SimulateParams) -> Self {
+        Self {
+            factor: params.exposure_plain / (params.ambient_plain + params.soft_plain).max(1e-9),
+        }
+    }
+
     pub(super) fn times(&self, gain: f64) -> Self {
         Self { factor: self.factor * gain }
     }

@@ -5,7 +5,7 @@ mod quaternion;
 mod robust;
 mod start;
 
-use crate::data::{Cloud, CloudFrame, Mesh, MeshError};
+use crate::data::{Cloud, CloudFrame, Mesh, MeshError, Topology};
 use crate::math::{Mat3, Similarity, Vec3, percentile};
 use crate::observer::Observer;
 use crate::settings::{SettingsError, Value};
@@ -115,7 +115,10 @@ impl Registration {
             .filter_map(|&i| data.points.get(i))
             .map(|p| self.model_from_data.apply(p))
             .collect();
-        eliminate_multiple(&points, &model.vertices, Some(4.0 * self.rms_after.max(1e-12)))
+        let goals =
+            eliminate_multiple(&points, &model.vertices, Some(4.0 * self.rms_after.max(1e-12)));
+        let edge = edge_of_mask(model);
+        goals.into_iter().filter(|(vertex, _)| !edge[*vertex]).collect()
     }
 }
 
@@ -253,11 +256,26 @@ fn judge(found: &Registration, model: &Mesh, params: &RegisterParams) -> Result<
     if !(after <= WORSE * before + 1e-6 * height(model)) {
         return Err(RegisterError::Worse { before, after });
     }
-    let limit = params.max_residual * height(model);
+    let limit = params.max_residual * head_height(model);
     if !(after <= limit) {
         return Err(RegisterError::Implausible { before, after, limit });
     }
     Ok(())
+}
+
+/// The vertices on the edge of a mask: points that come nearest to them belong to a part of the head
+/// that the mask does not have. None of a whole head, which is deeper than broad.
+fn edge_of_mask(mesh: &Mesh) -> Vec<bool> {
+    match mesh.bounds() {
+        Some((low, high)) if high.z - low.z < high.x - low.x => Topology::new(mesh).border,
+        _ => vec![false; mesh.vertices.len()],
+    }
+}
+
+/// Height of the head that a mesh shows, or shows a part of: a mask's own height is less, but its
+/// breadth is the head's, which is about 1.6 times as high with the neck.
+fn head_height(mesh: &Mesh) -> f64 {
+    mesh.bounds().map_or(0.0, |(low, high)| (high.y - low.y).max(1.6 * (high.x - low.x)))
 }
 
 /// Height of a mesh, its own unit.

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::quaternion::fit_quaternion;
 use super::{
-    LEAST_POINTS, RegisterError, RegisterInput, RegisterParams, Registration, Termination, start,
-    trimmed_rms,
+    LEAST_POINTS, RegisterError, RegisterInput, RegisterParams, Registration, Termination,
+    edge_of_mask, start, trimmed_rms,
 };
 use crate::data::Mesh;
 use crate::math::{Similarity, Vec3, percentile};
@@ -76,7 +76,9 @@ fn iterate(
 ) -> Result<Run, RegisterError> {
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
     let mut pose = start;
-    let mut pairs = closest(points, &pose, model, &index, params.keep);
+    let edge = edge_of_mask(model);
+    let find = |pose: &Similarity| closest(points, pose, model, &index, &edge, params.keep);
+    let mut pairs = find(&pose);
     let mut history = vec![error(&pairs, &pose)];
     let mut termination = Termination::MaxIterations;
     for k in 1..=params.max_iterations {
@@ -86,7 +88,7 @@ fn iterate(
         // the registration is always relative to the first position P_0
         let (from, to): (Vec<Vec3>, Vec<Vec3>) = pairs.iter().copied().unzip();
         let next = fit_quaternion(&from, &to, params.scale).ok_or(RegisterError::Degenerate)?;
-        let next_pairs = closest(points, &next, model, &index, params.keep); // Eq. 3.7 is in here
+        let next_pairs = find(&next); // Eq. 3.7 is in here
         let (last, d) = (history[k - 1], error(&next_pairs, &next));
         observer.event(&Event::Iteration { stage: "register", step: k, error: d });
         if d > last && params.keep < 1.0 {
@@ -104,12 +106,14 @@ fn iterate(
     Ok(Run { pose, history, termination })
 }
 
-/// Eq. 3.1: every point (as measured) with its closest vertex, the `keep` closest of them.
+/// Eq. 3.1: every point (as measured) with its closest vertex, the `keep` closest of them. Points
+/// beyond the edge of a mask do not count.
 fn closest(
     points: &[Vec3],
     pose: &Similarity,
     model: &Mesh,
     index: &PointIndex<3>,
+    edge: &[bool],
     keep: f64,
 ) -> Vec<(Vec3, Vec3)> {
     let found: Vec<(f64, Vec3, Vec3)> = points
@@ -117,7 +121,7 @@ fn closest(
         .filter_map(|p| {
             let q = pose.apply(p);
             let n = index.nearest(&[q.x, q.y, q.z])?;
-            Some((n.distance, *p, model.vertices[n.index]))
+            (!edge[n.index]).then(|| (n.distance, *p, model.vertices[n.index]))
         })
         .collect();
     let distances: Vec<f64> = found.iter().map(|f| f.0).collect();
