@@ -130,6 +130,10 @@ fn the_thesis_runs_stage_by_stage() {
     bench.done("deform registered.ply -o bent.obj --profile facebuilder -q");
     bench.done("smooth bent.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
 
+    bench.done("texture face.ply --capture capture -o skin.glb --pose registered.json -q");
+    let facts = bench.done("smooth bent.obj -o again.obj --json -q").out;
+    assert_eq!(json(&facts)["wrote"], serde_json::json!(["again.obj"]), "{facts}");
+
     // the same face as in one go, up to the smoothing and the pose
     bench.done("reconstruct capture -o out --profile facebuilder -q");
     let between = json(&bench.done("compare face.ply out/face.obj --json").out);

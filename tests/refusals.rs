@@ -45,6 +45,11 @@ fn wrong_usage_ends_with_two() {
         ("render capture/left_dots.png --view behind -o out/p.png", &["behind", "front"]),
         ("render capture/left_dots.png --mode nice -o out/p.png", &["nice", "shaded"]),
         ("info", &["FILE"]),
+        ("info capture --threads 0", &["--threads"]),
+        ("info capture --threads 100000", &["--threads"]),
+        ("pattern -o out/p.jpg", &["out/p.jpg", ".png"]),
+        ("pattern -o out/p.png --set dots=9", &["dots", "pattern --set help"]),
+        ("render capture/left_dots.png -o out/p.gif", &["out/p.gif", ".png"]),
     ] {
         refused(&bench, arguments, 2, words);
     }
@@ -54,6 +59,11 @@ fn wrong_usage_ends_with_two() {
 fn missing_and_unreadable_files_are_named() {
     let bench = Bench::new();
     refused(&bench, "reconstruct nowhere -o out", 1, &["nowhere"]);
+    std::fs::create_dir(bench.path("empty")).unwrap();
+    refused(&bench, "check empty", 1, &["empty", "facerecon new"]);
+    bench.write("mine.toml", "a = [");
+    refused(&bench, "reconstruct capture -o out --config mine.toml", 2, &["mine.toml", "line 1"]);
+    std::fs::remove_file(bench.path("mine.toml")).unwrap();
     refused(&bench, "reconstruct capture -o out --config mine.toml", 1, &["mine.toml"]);
     refused(&bench, "reconstruct capture -o out --template h.obj", 1, &["h.obj"]);
     refused(&bench, "triangulate no.csv --capture capture -o out/c.ply", 1, &["no.csv"]);
@@ -164,6 +174,25 @@ fn swapped_photos_and_foreign_points_are_refused() {
     refused(&bench, "register few.csv -o out/r.ply -q", 1, &["register", "3 points"]);
     bench.write("nan.csv", "x,y,z\nnan,0,900\n");
     refused(&bench, "register nan.csv -o out/r.ply -q", 1, &["line 2"]);
+}
+
+#[test]
+fn a_feature_marked_wrong_is_named() {
+    let bench = Bench::new();
+    let text = bench.text("capture/capture.toml");
+    let marked = "\n[landmarks]\nnose_tip = { left = [1.0, 2.0], right = [500.0, 300.0] }\n";
+    bench.write("capture/capture.toml", format!("{text}{marked}"));
+    refused(&bench, PRECISE, 1, &["triangulate", "feature nose_tip", "px"]);
+}
+
+#[test]
+fn a_mesh_that_does_not_stand_before_the_cameras_is_not_coloured() {
+    let bench = Bench::new();
+    bench.done("template export head-coarse -o head.obj -q");
+    let texture = "texture head.obj --capture capture -o out/t.obj -q";
+    refused(&bench, texture, 1, &["texture", "of the mesh's 839", "--pose"]);
+    bench.write("pose.json", "{ \"model_from_data\": 5 }");
+    refused(&bench, &format!("{texture} --pose pose.json"), 1, &["pose.json", "register"]);
 }
 
 #[test]

@@ -197,7 +197,9 @@ pub(super) fn smooth(args: &SmoothArgs, terminal: &Terminal) -> Result<(), Failu
         params.smooth = Params::of(facerecon_core::params::Profile::Facebuilder).smooth;
     }
     let loaded = io::read_mesh(&args.mesh)?;
-    let done = smooth_stage::smooth(&loaded.mesh, &[], &params.smooth, &())?;
+    // nothing tells what was measured: the whole mesh keeps its bounds
+    let reference = &loaded.mesh.vertices;
+    let done = smooth_stage::smooth(&loaded.mesh, reference, &params.smooth, &())?;
     io::write_mesh(&args.output, &done.mesh, loaded.texture.as_ref())?;
     terminal.say(format!("{} steps", done.steps));
     terminal.wrote(&[&args.output], json!({ "steps": done.steps }));
