@@ -209,8 +209,9 @@ fn a_moved_vertex_is_noticed() {
 
 #[test]
 fn marked_features_save_registration_steps() {
-    let bare = Case::new("parallel", "facebuilder", 0.0, 0.0).run().registration;
-    let marked = Case::new("parallel", "facebuilder", 0.0, 0.0).marked().run().registration;
+    let bare = Case::new("parallel", "facebuilder", 0.0, 0.0).run().registration.unwrap();
+    let marked =
+        Case::new("parallel", "facebuilder", 0.0, 0.0).marked().run().registration.unwrap();
     assert!(!bare.from_features && marked.from_features);
     assert!(
         2 * marked.iterations < bare.iterations,

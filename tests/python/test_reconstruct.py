@@ -125,6 +125,20 @@ def test_a_result_shows_itself(result: fr.Result) -> None:
     assert len(result.artifacts()) > 0 and result.summary()
 
 
+def test_the_surface_itself_without_a_head(shot: fr.Simulation, tmp_path: Path) -> None:
+    face = fr.reconstruct(shot.capture, surface={"method": "auto"})
+    assert face.mesh.landmarks == {} and face.mesh.texture is not None
+    assert face.facts["face_width_mm"] is None and face.metric
+    face.save(tmp_path / "surface")
+    assert (tmp_path / "surface" / "face.glb").exists() and "measured surface" in face.summary()
+    alone = fr.surface(shot.capture)
+    assert alone.uv is not None and 900 < np.median(alone.vertices[:, 2]) < 1700
+    apart = fr.compare(alone, face.mesh_in("camera"), alignment="none", samples=2000)
+    assert apart.median_mm < 0.01
+    with pytest.raises(ValueError, match="surface.spacing"):
+        fr.reconstruct(shot.capture, surface={"spacing": 0.0})
+
+
 def test_callbacks_see_the_stages_and_may_stop_the_run(folder: Path) -> None:
     seen: list[str] = []
 

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use stage::{
     DeformArgs, DetectArgs, FilterArgs, FilterStep, RegisterArgs, SmoothArgs, StageArgs,
-    TextureArgs, TriangulateArgs,
+    SurfaceArgs, TextureArgs, TriangulateArgs,
 };
 
 /// Textured 3D face meshes from two stereo photographs under a projected pattern.
@@ -41,6 +41,15 @@ pub(crate) struct ParamArgs {
     /// One parameter, e.g. `detect.method=thin`; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
+}
+
+/// What becomes the mesh.
+#[derive(Args, Clone, Copy, Default)]
+pub(crate) struct ShapeArgs {
+    /// Mesh the measured surface itself instead of bending a generic head; short for
+    /// `--set surface.method=auto`.
+    #[arg(long)]
+    pub(crate) surface: bool,
 }
 
 /// Which generic head is fitted.
@@ -125,6 +134,8 @@ pub(crate) enum Command {
     Register(RegisterArgs),
     /// Bend the generic head to registered points.
     Deform(DeformArgs),
+    /// Mesh the measured surface of a capture, without a generic head.
+    Surface(SurfaceArgs),
     /// Smooth a mesh.
     Smooth(SmoothArgs),
     /// Colour a mesh from the photographs of a capture.
@@ -173,6 +184,8 @@ pub(crate) struct DemoArgs {
     #[arg(long)]
     pub(crate) keep_stages: bool,
     #[command(flatten)]
+    pub(crate) shape: ShapeArgs,
+    #[command(flatten)]
     pub(crate) params: ParamArgs,
 }
 
@@ -193,6 +206,8 @@ pub(crate) struct ReconstructArgs {
     #[command(flatten)]
     pub(crate) template: TemplateArgs,
     #[command(flatten)]
+    pub(crate) shape: ShapeArgs,
+    #[command(flatten)]
     pub(crate) params: ParamArgs,
 }
 
@@ -210,6 +225,8 @@ pub(crate) struct BatchArgs {
     pub(crate) frame: FrameArg,
     #[command(flatten)]
     pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) shape: ShapeArgs,
     #[command(flatten)]
     pub(crate) params: ParamArgs,
 }

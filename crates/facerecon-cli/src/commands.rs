@@ -17,7 +17,7 @@ use std::path::Path;
 use facerecon_core::io::IoError;
 use facerecon_core::params::Params;
 
-use crate::args::{Cli, Command, ParamArgs};
+use crate::args::{Cli, Command, ParamArgs, ShapeArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
 
@@ -37,6 +37,7 @@ pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
         Command::Triangulate(args) => stage::triangulate(args, terminal),
         Command::Register(args) => stage::register(args, terminal),
         Command::Deform(args) => stage::deform(args, terminal),
+        Command::Surface(args) => stage::surface(args, terminal),
         Command::Smooth(args) => stage::smooth(args, terminal),
         Command::Texture(args) => stage::texture(args, terminal),
         Command::Render(args) => picture::render(args, terminal),
@@ -62,6 +63,15 @@ fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
     };
     let sets = split_settings(&args.set)?;
     Ok(Params::load(args.profile.as_deref(), text.as_deref(), &sets)?)
+}
+
+/// The same for a whole reconstruction; a setting counts before the flag.
+fn load_params_of(args: &ParamArgs, shape: ShapeArgs) -> Result<Params, Failure> {
+    let mut args = args.clone();
+    if shape.surface {
+        args.set.insert(0, "surface.method=auto".into());
+    }
+    load_params(&args)
 }
 
 /// Parts `NAME=VALUE`.

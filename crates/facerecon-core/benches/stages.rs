@@ -18,6 +18,7 @@ use facerecon_core::stages::rectify::rectify;
 use facerecon_core::stages::refine::refine;
 use facerecon_core::stages::register::{RegisterInput, register};
 use facerecon_core::stages::smooth::smooth;
+use facerecon_core::stages::surface::{SurfaceInput, surface};
 use facerecon_core::stages::triangulate::triangulate;
 use facerecon_core::template::{self, Template};
 
@@ -72,7 +73,8 @@ fn scene(width: usize) -> &'static Scene {
         let capture = photograph(width).capture;
         let (params, template) = (Params::default(), template::built_in());
         let found = reconstruct(&capture, &template, &params, &()).expect("a face");
-        let (head, _) = parts::to_scale(&template, &found.registration, found.metric);
+        let pose = found.registration.as_ref().expect("a registered face");
+        let (head, _) = parts::to_scale(&template, pose, found.metric);
         let registered = found.cloud.transformed(&found.model_from_camera);
         Scene { capture, params, template, found, head, registered }
     })
@@ -156,6 +158,20 @@ fn j_texture(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
     let mesh = s.found.mesh_in(Frame::Camera);
     bencher.bench(|| parts::texture_mesh(&s.capture, &mesh, &s.params, &()));
+}
+
+#[divan::bench(args = WIDTHS, sample_count = 5)]
+fn h_surface(bencher: Bencher<'_, '_>, width: usize) {
+    let s = scene(width);
+    let level = rectify(&s.capture, &s.params.rectify, &()).expect("level photos");
+    let rig = level.rectification.rig.as_ref().expect("a calibrated capture");
+    let matches = &s.found.matches;
+    let (left, right) = (&level.left, &level.right);
+    let dense = refine(left, right, Some(rig), matches, &s.params.refine, &()).expect("a surface");
+    let place = |p, d| rig.point(p, d);
+    let disparity = Some(&dense.disparity);
+    let input = SurfaceInput { disparity, matches, on_subject: &[], place: &place };
+    bencher.bench(|| surface(&input, &s.params.surface, &()));
 }
 
 #[divan::bench(args = WIDTHS, consts = [0, 1], sample_count = 3)]

@@ -14,6 +14,7 @@ use crate::stages::rectify::RectifyError;
 use crate::stages::refine::RefineError;
 use crate::stages::register::RegisterError;
 use crate::stages::smooth::SmoothError;
+use crate::stages::surface::SurfaceError;
 use crate::stages::texture::TextureError;
 use crate::stages::triangulate::TriangulateError;
 use crate::template::TemplateError;
@@ -54,6 +55,9 @@ pub enum Error {
     /// A mesh that cannot be smoothed.
     #[error("{}", of_stage("smooth", .0))]
     Smooth(#[from] SmoothError),
+    /// A surface that cannot be made.
+    #[error("{}", of_stage("surface", .0))]
+    Surface(#[from] SurfaceError),
     /// A mesh that cannot be coloured.
     #[error("{}", of_stage("texture", .0))]
     Texture(#[from] TextureError),
@@ -106,6 +110,7 @@ impl Error {
             Self::Register(_) => "register",
             Self::Deform(_) => "deform",
             Self::Smooth(_) => "smooth",
+            Self::Surface(_) => "surface",
             Self::Texture(_) => "texture",
             Self::Render(_) => "render",
             Self::Pattern(_) => "pattern",
@@ -130,6 +135,7 @@ impl Error {
                 | Self::Register(RegisterError::Cancelled)
                 | Self::Deform(DeformError::Cancelled)
                 | Self::Smooth(SmoothError::Cancelled)
+                | Self::Surface(SurfaceError::Cancelled)
                 | Self::Texture(TextureError::Cancelled)
         )
     }
@@ -141,7 +147,7 @@ impl Error {
             Self::Detect(_) | Self::Correspond(_) | Self::Filter(_) => {
                 Some("`facerecon check CAPTURE` says what the photographs lack")
             }
-            Self::Register(_) | Self::Deform(_) => {
+            Self::Register(_) | Self::Deform(_) | Self::Surface(_) => {
                 Some("`--keep-stages` writes what each stage made, to see where it goes wrong")
             }
             _ => None,

@@ -10,6 +10,7 @@ use crate::stages::rectify::RectifyParams;
 use crate::stages::refine::{RefineMethod, RefineParams};
 use crate::stages::register::{RegisterMethod, RegisterParams};
 use crate::stages::smooth::{SmoothMethod, SmoothParams};
+use crate::stages::surface::SurfaceParams;
 use crate::stages::texture::{TextureMethod, TextureParams};
 use crate::stages::triangulate::TriangulateParams;
 
@@ -50,7 +51,9 @@ crate::settings! {
         /// Bending the generic head.
         deform: DeformParams =
             DeformParams { method: DeformMethod::Nicp, ..DeformParams::default() };
-        /// Smoothing it.
+        /// The measured surface itself as the mesh, instead of the bent head.
+        surface: SurfaceParams = SurfaceParams::default();
+        /// Smoothing the mesh.
         smooth: SmoothParams =
             SmoothParams { method: SmoothMethod::None, ..SmoothParams::default() };
         /// Colouring the mesh.
@@ -87,6 +90,7 @@ impl Params {
                     method: DeformMethod::GaussianRbf,
                     ..DeformParams::default()
                 },
+                surface: SurfaceParams::default(),
                 smooth: SmoothParams { method: SmoothMethod::Laplacian, ..SmoothParams::default() },
                 texture: TextureParams {
                     method: TextureMethod::Scanline,

@@ -4,6 +4,7 @@ mod dense;
 mod inputs;
 pub mod parts;
 mod run;
+mod shape;
 
 use crate::camera::Rectification;
 use crate::check::{CheckParams, check};
@@ -13,11 +14,11 @@ use crate::math::Similarity;
 use crate::observer::{Artifact, Observer};
 use crate::params::Params;
 use crate::stages::correspond::correspond;
-use crate::stages::deform::{DeformInput, deform};
 use crate::stages::rectify::{RowReport, rectify};
 use crate::stages::refine::{RefineMethod, refine};
 use crate::stages::register::{RegisterInput, Registration, register};
 use crate::stages::smooth::smooth;
+use crate::stages::surface::SurfaceMethod;
 use crate::stages::texture::{Texture, TextureInput, texture};
 use crate::stages::triangulate::{depth_maps, triangulate};
 use crate::template::Template;
@@ -27,9 +28,10 @@ use run::{OfSide, Run};
 /// Everything a run found out.
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
-    /// The face: the template's topology, model frame, millimetres when `metric`.
+    /// The face: the template's topology, or the measured surface itself; model frame, millimetres
+    /// when `metric`.
     pub mesh: Mesh,
-    /// Vertex numbers of the features on `mesh`.
+    /// Vertex numbers of the features on `mesh`; none on the measured surface.
     pub landmarks: crate::data::Landmarks,
     /// Its colours; `None` without a pair without the pattern.
     pub texture: Option<Texture>,
@@ -47,8 +49,8 @@ pub struct Reconstruction {
     pub dots: [usize; 2],
     /// Depth maps of both photos, rectified, lighter is nearer (thesis Fig. 2.5).
     pub depth: [Gray; 2],
-    /// How the points came to the generic head.
-    pub registration: Registration,
+    /// How the points came to the generic head; `None` for a measured surface that did not.
+    pub registration: Option<Registration>,
     /// Model frame from the frame of `cloud`.
     pub model_from_camera: Similarity,
     /// Whether lengths are millimetres.
@@ -131,23 +133,23 @@ pub fn reconstruct(
         features: &inputs::feature_points(&points.features, template),
         frame,
     };
-    let pose = run.stage("register", |o| register(&input, &params.register, o))?;
-    let (head, model_from_camera) = inputs::to_scale(template, &pose, frame.is_metric());
-    let registered = points.all.transformed(&model_from_camera);
-    run.observer.artifact("register", "head", Artifact::Mesh(&head));
-    run.observer.artifact("register", "cloud", Artifact::Points(&registered.points));
-
-    let input = DeformInput {
-        template: &head,
-        data: &registered,
-        assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
-        features: &inputs::feature_goals(&points.features, template, &model_from_camera),
+    let pose = run.stage("register", |o| register(&input, &params.register, o));
+    let shape = match params.surface.method {
+        SurfaceMethod::None => {
+            shape::bent_head(&mut run, template, &points, pose?, frame.is_metric(), params)?
+        }
+        SurfaceMethod::Auto | SurfaceMethod::Dots => {
+            let dense = dense.as_ref();
+            let all_matches = &inputs::with_features(&matches, &features);
+            let rig = by_rig;
+            let found = shape::Measured { matches: &matches, dense, rig, all_matches, frame };
+            shape::measured(&mut run, template, &points, pose, &found, params)?
+        }
     };
-    let bent = run.stage("deform", |o| deform(&input, &params.deform, o))?;
-    run.observer.artifact("deform", "mesh", Artifact::Mesh(&bent.mesh));
+    let model_from_camera = shape.model_from_camera;
 
-    let reference: Vec<_> = input.assignments.iter().map(|a| a.1).collect();
-    let smooth = run.stage("smooth", |o| smooth(&bent.mesh, &reference, &params.smooth, o))?;
+    let smooth =
+        run.stage("smooth", |o| smooth(&shape.mesh, &shape.reference, &params.smooth, o))?;
     run.observer.artifact("smooth", "mesh", Artifact::Mesh(&smooth.mesh));
 
     let texture = match &capture.plain {
@@ -156,18 +158,22 @@ pub fn reconstruct(
             let mut photos = inputs::photos(capture, plain, &camera_from_model);
             let (mesh, views) = (&smooth.mesh, &level.rectification);
             let dots = &points.dots;
-            let seen = &pose.inliers;
+            let seen = &shape.on_mesh;
             inputs::place_dots(&mut photos, mesh, &matches, dots, seen, views, &model_from_camera);
             let photos: Vec<_> = photos.iter().map(inputs::PlainPhoto::lend).collect();
-            let own = template.texture.as_ref();
+            let bent = params.surface.method == SurfaceMethod::None;
+            let own = template.texture.as_ref().filter(|_| bent);
             let input = TextureInput { mesh, photos: &photos, template_texture: own };
-            Some(run.stage("texture", |o| texture(&input, &params.texture, o))?)
+            let mut settings = params.texture.clone();
+            // only the frame of the generic head knows where the middle of the face is
+            settings.projective.mirror &= shape.registration.is_some();
+            Some(run.stage("texture", |o| texture(&input, &settings, o))?)
         }
         None => None,
     };
     Ok(Reconstruction {
         mesh: smooth.mesh,
-        landmarks: template.landmarks.clone(),
+        landmarks: shape.landmarks,
         texture,
         cloud: points.all,
         match_points: points.dots.points.iter().copied().map(Some).collect(),
@@ -176,7 +182,7 @@ pub fn reconstruct(
         rows: level.rows,
         dots,
         depth,
-        registration: pose,
+        registration: shape.registration,
         model_from_camera,
         metric: frame.is_metric(),
         timings_ms: run.timings_ms,

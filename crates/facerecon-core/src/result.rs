@@ -55,7 +55,6 @@ impl Reconstruction {
         let total: f64 = self.timings_ms.iter().map(|t| t.1).sum();
         timings.insert("total".into(), json!(round(total, 2)));
         let size = self.face_size();
-        let pose = &self.registration;
         json!({
             "version": env!("CARGO_PKG_VERSION"),
             "dots": { "left": self.dots[0], "right": self.dots[1] },
@@ -68,7 +67,7 @@ impl Reconstruction {
             "face_width_mm": size.map(|s| round(s.width_mm, 2)),
             "face_height_mm": size.map(|s| round(s.height_mm, 2)),
             "model_from_camera": self.model_from_camera.to_rows(),
-            "registration": {
+            "registration": self.registration.as_ref().map(|pose| json!({
                 "method": self.params.register.method,
                 "iterations": pose.iterations,
                 "start_iterations": pose.start_iterations,
@@ -79,7 +78,7 @@ impl Reconstruction {
                 "rms_after": round(pose.rms_after, 4),
                 "inliers": pose.inliers.len(),
                 "error_history": pose.history.iter().map(|e| round(*e, 5)).collect::<Vec<_>>(),
-            },
+            })),
             "rows": {
                 "offset_px": round(self.rows.offset_px, 3),
                 "roll_deg": round(self.rows.roll_deg, 4),

@@ -52,6 +52,7 @@ fn class(error: &Error) -> &'static str {
         Error::Register(_) => "RegisterError",
         Error::Deform(_) => "DeformError",
         Error::Smooth(_) => "SmoothError",
+        Error::Surface(_) => "SurfaceError",
         Error::Texture(_) => "TextureError",
         Error::Render(_) => "RenderError",
         Error::Pattern(_) => "PatternError",

@@ -230,6 +230,21 @@ fn deform<'py>(
     Ok((mesh_out(py, bent.mesh)?, bent.rms_before, bent.rms_after, bent.centres))
 }
 
+/// The measured surface of a capture; `(mesh, metric)`.
+#[pyfunction]
+fn surface<'py>(
+    py: Python<'py>,
+    capture: &Capture,
+    params: &Params,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<(MeshOut<'py>, bool)> {
+    let (photos, params) = (&capture.capture, &params.0);
+    let done = watched(py, callback, |watch| {
+        parts::measure_surface(photos, &template::built_in(), params, watch)
+    })?;
+    Ok((mesh_out(py, done.mesh)?, done.metric))
+}
+
 /// Smooths a mesh; `(mesh, steps, movement of each step, enlargement)`.
 #[pyfunction]
 fn smooth<'py>(
@@ -285,6 +300,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(triangulate, module)?)?;
     module.add_function(wrap_pyfunction!(icp, module)?)?;
     module.add_function(wrap_pyfunction!(deform, module)?)?;
+    module.add_function(wrap_pyfunction!(surface, module)?)?;
     module.add_function(wrap_pyfunction!(smooth, module)?)?;
     module.add_function(wrap_pyfunction!(texture, module)?)?;
     module.add_function(wrap_pyfunction!(assign, module)?)

@@ -119,6 +119,20 @@ pub(crate) struct DeformArgs {
     pub(crate) params: ParamArgs,
 }
 
+/// `facerecon surface`.
+#[derive(Args)]
+pub(crate) struct SurfaceArgs {
+    #[command(flatten)]
+    pub(crate) capture: CaptureArgs,
+    /// Mesh to write, camera frame in mm, or model units without calibration.
+    #[arg(long, short, value_name = "MESH")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) template: TemplateArgs,
+    #[command(flatten)]
+    pub(crate) params: ParamArgs,
+}
+
 /// `facerecon smooth`.
 #[derive(Args)]
 pub(crate) struct SmoothArgs {

@@ -9,14 +9,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{free_folder, load_params, reconstruct, template, to_json};
+use super::{free_folder, load_params_of, reconstruct, template, to_json};
 use crate::args::BatchArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
 /// Reconstructs many captures, as many at once as there are threads.
 pub(super) fn batch(args: &BatchArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let params = load_params(&args.params)?;
+    let params = load_params_of(&args.params, args.shape)?;
     let head = template::load(&args.template, terminal)?;
     free_folder(&args.output)?;
     let captures = find_captures(&args.captures)?;

@@ -6,7 +6,7 @@ use facerecon_core::render::Frame;
 use facerecon_core::{demo as core_demo, io, result};
 use serde_json::json;
 
-use super::{free_folder, load_params, reconstruct, to_json};
+use super::{free_folder, load_params_of, reconstruct, to_json};
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -14,7 +14,7 @@ use crate::progress::Progress;
 
 /// Simulates a capture, reconstructs it, compares with the truth.
 pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let params = load_params(&args.params)?;
+    let params = load_params_of(&args.params, args.shape)?;
     free_folder(&args.output)?;
     let recorder = Recorder::default();
     let progress = Progress::new(terminal.quiet);

@@ -9,7 +9,7 @@ use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
 use facerecon_core::{report, result};
 
-use super::{capture, free_folder, load_params, template, to_json};
+use super::{capture, free_folder, load_params_of, template, to_json};
 use crate::args::{FrameArg, ReconstructArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -17,7 +17,7 @@ use crate::progress::Progress;
 
 /// Reconstructs a capture and writes the result folder.
 pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let params = load_params(&args.params)?;
+    let params = load_params_of(&args.params, args.shape)?;
     free_folder(&args.output)?;
     let loaded = capture::read(&args.capture)?;
     let head = template::load(&args.template, terminal)?;

@@ -22,7 +22,7 @@ use serde_json::json;
 use super::{capture, load_params, named_png, template, to_json};
 use crate::args::{
     DeformArgs, DetectArgs, FilterArgs, FilterStep, RegisterArgs, SmoothArgs, StageArgs,
-    TextureArgs, TriangulateArgs,
+    SurfaceArgs, TextureArgs, TriangulateArgs,
 };
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -186,6 +186,25 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         "rms_after": bent.rms_after,
     });
     terminal.wrote(&[&args.output], facts);
+    Ok(())
+}
+
+/// The measured surface of a capture.
+pub(super) fn surface(args: &SurfaceArgs, terminal: &Terminal) -> Result<(), Failure> {
+    let params = load_params(&args.params)?;
+    let loaded = capture::read(&args.capture)?;
+    let head = template::load(&args.template, terminal)?;
+    let progress = Progress::new(terminal.quiet);
+    let found = parts::measure_surface(&loaded.capture, &head, &params, &progress)?;
+    drop(progress);
+    let mesh = &found.mesh;
+    io::write_mesh(&args.output, mesh, None)?;
+    for warning in loaded.warnings.iter().chain(&found.warnings) {
+        terminal.warning(warning);
+    }
+    let frame = if found.metric { "camera frame, mm" } else { "model units: no calibration" };
+    let (path, count) = (args.output.display(), mesh.vertices.len());
+    terminal.say(format!("wrote {path}: {count} vertices ({frame})"));
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use super::inputs;
 pub use super::inputs::{feature_goals, feature_points, to_scale};
+use super::reconstruct;
 use super::run::Run;
 use crate::camera::Rectification;
 use crate::data::{Capture, Gray, Match, Mesh, PatternKind, Rgb};
@@ -9,11 +10,13 @@ use crate::error::Error;
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::observer::{Artifact, Observer};
 use crate::params::Params;
+use crate::render::Frame;
 use crate::spatial::SurfaceIndex;
 use crate::stages::correspond::{Correspondence, correspond, correspond_stripes};
 use crate::stages::detect::{DetectMethod, Detection, detect};
 use crate::stages::filter::filter;
 use crate::stages::rectify::{Rectified, rectify};
+use crate::stages::surface::SurfaceMethod;
 use crate::stages::texture::{Texture, TextureInput, TextureMethod, texture};
 use crate::stages::triangulate::{TriangulateMethod, TriangulateParams, Triangulated, triangulate};
 use crate::template::Template;
@@ -119,6 +122,41 @@ pub fn features(
     let places = triangulate(&pairs, Some(rig), &template.mesh, &metric, &())
         .map_err(|fault| inputs::of_feature(fault, &[], &marked))?;
     Ok(marked.into_iter().map(|m| m.0).zip(places.cloud.points).collect())
+}
+
+/// The measured surface of a capture.
+#[derive(Clone, Debug)]
+pub struct MeasuredSurface {
+    /// The mesh: left camera frame in millimetres when `metric`, else the frame and units of the
+    /// points. It has texture coordinates, but no texture yet.
+    pub mesh: Mesh,
+    /// Whether lengths are true.
+    pub metric: bool,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// The measured surface of a capture alone: a reconstruction with `surface.method` (`none` counts
+/// as `auto`), up to the texture.
+///
+/// # Errors
+/// Those of the stages.
+pub fn measure_surface(
+    capture: &Capture,
+    template: &Template,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<MeasuredSurface, Error> {
+    // The pair without the pattern helps to match; the texture itself is not asked for.
+    let pair = Capture { extra: Vec::new(), ..capture.clone() };
+    let mut params = params.clone();
+    params.texture.size = 16;
+    if params.surface.method == SurfaceMethod::None {
+        params.surface.method = SurfaceMethod::Auto;
+    }
+    let found = reconstruct(&pair, template, &params, observer)?;
+    let mesh = found.mesh_in(Frame::Camera);
+    Ok(MeasuredSurface { mesh, metric: found.metric, warnings: found.warnings })
 }
 
 /// Points from pairs in the photos' own pixels.

@@ -7,7 +7,7 @@ use crate::math::Vec3;
 use crate::pipeline::Reconstruction;
 use crate::record::{Kept, Record};
 use crate::render::{Mode, Scene, Studio, View};
-use crate::stages::register::RegisterMethod;
+use crate::stages::register::{RegisterMethod, Registration};
 use crate::stages::texture::SEEN_EXTRA;
 
 /// The stages in order: pictures of what went in and what came out, and the errors of those that
@@ -98,8 +98,9 @@ fn filter(page: &mut String, record: &Record) {
 }
 
 fn register(page: &mut String, result: &Reconstruction, head: &Mesh, unit: &str) {
+    let Some(pose) = &result.registration else { return };
     page.push_str("<h3>Register</h3>\n");
-    let dots = registered(result);
+    let dots = registered(result, pose);
     let colored = |mesh: &Mesh| {
         let studded = marks::studded(mesh, &dots);
         drawn(Studio::new(&Scene::new(&studded), Mode::Lit).ok().as_ref(), View::ThreeQuarter)
@@ -111,8 +112,7 @@ fn register(page: &mut String, result: &Reconstruction, head: &Mesh, unit: &str)
         RegisterMethod::Besl => format!("root of the sum of squares (Eq. 3.8), {unit}"),
         RegisterMethod::Robust => format!("distance from the surface, {unit}"),
     };
-    let history = &result.registration.history;
-    row.plot(plots::convergence("Error of the last descent", &label, history, 0));
+    row.plot(plots::convergence("Error of the last descent", &label, &pose.history, 0));
     row.end(page);
 }
 
@@ -160,8 +160,8 @@ fn texture(page: &mut String, result: &Reconstruction) {
 }
 
 /// The points of the matches that the registration used, model frame.
-fn registered(result: &Reconstruction) -> Vec<Vec3> {
-    let used = result.registration.inliers.iter();
+fn registered(result: &Reconstruction, pose: &Registration) -> Vec<Vec3> {
+    let used = pose.inliers.iter();
     used.filter_map(|&i| result.match_points.get(i).copied().flatten())
         .map(|p| result.model_from_camera.apply(&p))
         .collect()

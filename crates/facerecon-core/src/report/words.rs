@@ -1,6 +1,7 @@
 //! The numbers of a run in words.
 
 use crate::pipeline::Reconstruction;
+use crate::stages::surface::SurfaceMethod;
 
 /// A few sentences that say what was measured, how well, and what to mind.
 pub fn summary(result: &Reconstruction) -> Vec<String> {
@@ -24,12 +25,20 @@ pub fn summary(result: &Reconstruction) -> Vec<String> {
         "The cameras are not calibrated: lengths are in units of the generic head, not millimetres."
             .to_owned()
     });
-    let pose = &result.registration;
-    words.push(format!(
-        "The points came to the generic head in {} steps: they lay {:.2} {unit} from it before and \
-         {:.2} {unit} after (root mean square of the closest).",
-        pose.iterations, pose.rms_before, pose.rms_after
-    ));
+    if let Some(pose) = &result.registration {
+        words.push(format!(
+            "The points came to the generic head in {} steps: they lay {:.2} {unit} from it before \
+             and {:.2} {unit} after (root mean square of the closest).",
+            pose.iterations, pose.rms_before, pose.rms_after
+        ));
+    }
+    if result.params.surface.method != SurfaceMethod::None {
+        words.push(format!(
+            "The mesh is the measured surface itself, without a generic head: {} vertices; what was \
+             not measured is open.",
+            result.mesh.vertices.len()
+        ));
+    }
     if let Some(size) = result.face_size() {
         words.push(format!(
             "The face is {:.1} mm wide between the upper ear connections and {:.1} mm high from the \

@@ -7,7 +7,7 @@ mod model_units;
 mod tests;
 
 pub use depth_map::depth_maps;
-pub use model_units::model_units;
+pub use model_units::{ModelUnits, model_units};
 
 use crate::camera::RectifiedRig;
 use crate::data::{Cloud, CloudFrame, Match, Mesh};

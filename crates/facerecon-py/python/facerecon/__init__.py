@@ -43,6 +43,7 @@ from .shape_stages import (
     fit,
     icp,
     smooth,
+    surface,
     texture,
     triangulate,
 )
@@ -86,6 +87,7 @@ __all__ = [
     "sharpen",
     "simulate",
     "smooth",
+    "surface",
     "texture",
     "thin",
     "threshold",

@@ -48,6 +48,7 @@ __all__ = [
     "sharpen",
     "simulate",
     "smooth",
+    "surface",
     "texture",
     "threshold",
     "triangulate",
@@ -177,6 +178,9 @@ def deform(
     params: Params,
     callback: _Callback,
 ) -> tuple[MeshParts, float, float, int]: ...
+def surface(
+    capture: Capture, params: Params, callback: _Callback
+) -> tuple[MeshParts, bool]: ...
 def smooth(
     parts: MeshParts, reference: F64 | None, params: Params
 ) -> tuple[MeshParts, int, list[float], list[float]]: ...

@@ -72,6 +72,10 @@ class SmoothError(FaceReconError):
     """A mesh that cannot be smoothed."""
 
 
+class SurfaceError(FaceReconError):
+    """A surface that cannot be made."""
+
+
 class TextureError(FaceReconError):
     """A mesh that cannot be coloured."""
 

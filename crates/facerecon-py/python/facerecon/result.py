@@ -217,8 +217,12 @@ class Result:
 
     @property
     def icp_history(self) -> list[float]:
-        """Error of the registration after each step, the first before any (Eq. 3.8 in ``besl``)."""
-        return list(self.facts["registration"]["error_history"])
+        """Error of the registration after each step, the first before any (Eq. 3.8 in ``besl``).
+
+        Empty for a measured surface that did not come to the generic head.
+        """
+        pose = self.facts["registration"]
+        return list(pose["error_history"]) if pose else []
 
     def artifacts(self) -> dict[str, npt.NDArray[Any] | Mesh]:
         """What the stages showed on the way, by ``stage_name`` in order: images, points, meshes."""
@@ -316,7 +320,8 @@ def reconstruct(
         template: another generic head: a name, a file, or a :class:`Mesh` with landmarks (model
             frame, mm).
         progress: ``True`` for a bar, or a function that is given every :class:`Event`.
-        settings: single parameters in groups, e.g. ``smooth={"steps": 3}``.
+        settings: single parameters in groups, e.g. ``smooth={"steps": 3}``; the measured surface
+            itself instead of a bent head with ``surface={"method": "auto"}``.
 
     Returns:
         The mesh, the points, the texture and everything else the run found out.

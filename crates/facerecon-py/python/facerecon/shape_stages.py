@@ -15,7 +15,7 @@ from ._arrays import F64, U8, rows, vertex_numbers
 from .capture import Capture, as_capture
 from .errors import ParameterError
 from .mesh import Mesh, as_mesh
-from .params import params_for
+from .params import Params, given_params, params_for
 from .progress import Callback, watcher
 from .result import Cloud, Matches, load_template
 
@@ -256,6 +256,43 @@ def fit(
     return deform(
         template, data, features=features, progress=progress, **{**settings, "method": "nicp"}
     )
+
+
+def surface(
+    capture: Capture | str | PathLike[str],
+    profile: str | None = None,
+    *,
+    params: Params | None = None,
+    progress: bool | Callback = False,
+    **settings: Any,
+) -> Mesh:
+    """The measured surface of a capture as a mesh, without a generic head; holes stay open.
+
+    Args:
+        capture: a :class:`Capture`, or its path.
+        profile: ``"precise"`` (the dense disparity, the default) or ``"facebuilder"`` (the dots).
+        params: all parameters; not together with ``profile`` or ``settings``.
+        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        settings: groups, as for :func:`facerecon.reconstruct`, which gives the same textured and
+            in the model frame with ``surface={"method": "auto"}``.
+
+    Returns:
+        The mesh, camera frame, mm, with a calibrated capture, with texture coordinates for
+        :func:`texture`.
+
+    Raises:
+        ParameterError: (a ``ValueError``) for parameters.
+        FileError: (an ``OSError``) for a capture that cannot be read.
+        SurfaceError: when the measured points enclose no surface.
+    """
+    core = given_params(profile, params, settings)
+    photos = as_capture(capture)
+    watch = watcher(progress)
+    try:
+        parts, _metric = _core.surface(photos._core, core, watch.callback)
+    finally:
+        watch.close()
+    return Mesh._from_parts(parts)
 
 
 def smooth(

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::surface::Surface;
 use crate::data::Raster;
 use crate::math::{Vec2, median};
-use crate::spatial::PointIndex;
+use crate::spatial::{self, PointIndex};
 
 /// A match as the matching sees it: position in the left picture and disparity, working pixels.
 #[derive(Clone, Copy, Debug)]
@@ -19,35 +19,20 @@ pub(super) struct Sample {
 /// Distance between neighbouring features of the pattern: between dots, or between stripes where
 /// the samples run along lines. `None` when there are fewer than three samples.
 pub(super) fn pitch(samples: &[Sample]) -> Option<f64> {
-    let index = index(samples)?;
-    let mut nearest = Vec::new();
-    let mut sideways = Vec::new();
-    for s in samples {
-        let others = index.nearest_n(&[s.x, s.y], 32);
-        let others = others.iter().filter(|n| n.distance > 1e-9);
-        nearest.extend(others.clone().map(|n| n.distance).next());
-        // the nearest one about on the same row; any square lattice has one within 23 degrees
-        let level = |i: usize| {
-            let q = &samples[i];
-            (q.y - s.y).abs() <= 0.45 * (q.x - s.x).abs()
-        };
-        sideways.extend(others.filter(|n| level(n.index)).map(|n| n.distance).next());
-    }
-    let nearest = median(&nearest)?;
-    Some(median(&sideways).filter(|&s| s > 2.5 * nearest).unwrap_or(nearest))
+    spatial::pitch(&places(samples))
 }
 
 fn index(samples: &[Sample]) -> Option<PointIndex<2>> {
-    let points: Vec<Vec2> = samples.iter().map(|s| Vec2::new(s.x, s.y)).collect();
-    (points.len() >= 3).then(|| PointIndex::<2>::new(&points)).flatten()
+    (samples.len() >= 3).then(|| PointIndex::<2>::new(&places(samples))).flatten()
 }
 
-/// Indices of samples no denser than the pitch needs: the first one of every cell of half a pitch
-/// (all of a dot lattice, a part of those along stripes).
+fn places(samples: &[Sample]) -> Vec<Vec2> {
+    samples.iter().map(|s| Vec2::new(s.x, s.y)).collect()
+}
+
+/// Indices of samples no denser than the pitch needs.
 pub(super) fn thinned(samples: &[Sample], pitch: f64) -> Vec<usize> {
-    let cell = |v: f64| (v / (0.5 * pitch)).floor() as i64;
-    let mut taken = std::collections::BTreeSet::new();
-    (0..samples.len()).filter(|&i| taken.insert((cell(samples[i].x), cell(samples[i].y)))).collect()
+    spatial::thinned(&places(samples), pitch)
 }
 
 /// A plane `c0 + c1 dx + c2 dy` through `(dx, dy, value, weight)`, robust (Geman-McClure), with

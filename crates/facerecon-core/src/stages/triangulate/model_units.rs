@@ -4,34 +4,68 @@ use super::TriangulateError;
 use crate::data::{Cloud, Match, Mesh};
 use crate::math::{Vec2, Vec3, percentile};
 
-/// The thesis's points: depth by Eq. 2.3, normalised to the depth bounds of the generic face, height
-/// equal to the generic face's, width in the proportion of the photos (Eq. 2.4 to 2.6). In the
-/// generic face's frame (x right, y up, z toward the viewer), about its middle.
+/// How pixels and disparities become the thesis's points: depth by Eq. 2.3, normalised to the depth
+/// bounds of the generic face, height equal to the generic face's, width in the proportion of the
+/// photos (Eq. 2.4 to 2.6). In the generic face's frame (x right, y up, z toward the viewer), about
+/// its middle.
+pub struct ModelUnits {
+    /// Top left corner of the matches' means, and their extent: `(fx, fy)` of Eq. 2.5.
+    low: Vec2,
+    extent: Vec2,
+    /// `(w, h)` of Eq. 2.5.
+    size: Vec2,
+    bounds: Bounds,
+    nearness: Nearness,
+}
+
+impl ModelUnits {
+    /// Sets the scale by the matches of a face and the generic face.
+    ///
+    /// # Errors
+    /// [`TriangulateError::Flat`] or [`TriangulateError::Template`] when there is nothing to scale by.
+    pub fn new(matches: &[Match], template: &Mesh) -> Result<Self, TriangulateError> {
+        let first = matches.first().map_or_else(Vec2::zeros, mean);
+        let bounds_px = |(lo, hi): (Vec2, Vec2), p: Vec2| (lo.inf(&p), hi.sup(&p));
+        let (low, high) = matches.iter().map(mean).fold((first, first), bounds_px);
+        let extent = high - low;
+        if !(extent.x > 1.0 && extent.y > 1.0) {
+            return Err(TriangulateError::Flat { width_px: extent.x, height_px: extent.y });
+        }
+        let bounds = Bounds::of(template)?;
+        // Eq. 2.5
+        let h = bounds.height;
+        let size = Vec2::new(extent.x * h / extent.y, h);
+        Ok(Self { low, extent, size, bounds, nearness: Nearness::new(matches) })
+    }
+
+    /// The point of a mean of both rectified pixels (Eq. 2.4) and a disparity; `None` where Eq. 2.3
+    /// has none.
+    pub fn point(&self, mean: Vec2, disparity_px: f64) -> Option<Vec3> {
+        let Self { low, extent, size, bounds, nearness } = self;
+        // Eq. 2.6; the photo's y runs down, the face's up
+        let x = (mean.x - low.x) / extent.x * size.x - size.x / 2.0;
+        let y = size.y / 2.0 - (mean.y - low.y) / extent.y * size.y;
+        let z = bounds.back + nearness.of(disparity_px)? * (bounds.front - bounds.back);
+        Some(Vec3::new(bounds.middle.x + x, bounds.middle.y + y, z))
+    }
+}
+
+/// Eq. 2.4
+fn mean(m: &Match) -> Vec2 {
+    (m.left + m.right) / 2.0
+}
+
+/// The thesis's points of matches; see [`ModelUnits`].
 ///
 /// # Errors
-/// [`TriangulateError::Flat`] or [`TriangulateError::Template`] when there is nothing to scale by.
+/// Those of [`ModelUnits::new`].
 pub fn model_units(matches: &[Match], template: &Mesh) -> Result<Cloud, TriangulateError> {
-    // Eq. 2.4
-    let means: Vec<Vec2> = matches.iter().map(|m| (m.left + m.right) / 2.0).collect();
-    let first = means.first().copied().unwrap_or_else(Vec2::zeros);
-    let (low, high) = means.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p)));
-    let extent = high - low; // (fx, fy) of Eq. 2.5
-    if !(extent.x > 1.0 && extent.y > 1.0) {
-        return Err(TriangulateError::Flat { width_px: extent.x, height_px: extent.y });
-    }
-    let bounds = Bounds::of(template)?;
-    // Eq. 2.5
-    let h = bounds.height;
-    let w = extent.x * h / extent.y;
-    let nearness = Nearness::new(matches);
-    let points = matches.iter().zip(&means).map(|(m, mean)| {
-        // Eq. 2.6; the photo's y runs down, the face's up
-        let x = (mean.x - low.x) / extent.x * w - w / 2.0;
-        let y = h / 2.0 - (mean.y - low.y) / extent.y * h;
-        let z = bounds.back + nearness.of(m.disparity()) * (bounds.front - bounds.back);
-        Vec3::new(bounds.middle.x + x, bounds.middle.y + y, z)
-    });
-    Ok(Cloud::from_points(points.collect()))
+    let units = ModelUnits::new(matches, template)?;
+    let Nearness { d_min, d_max } = units.nearness;
+    // the bounds leave out a hundredth at either end: what lies beyond them lies on them
+    let point = |m: &Match| units.point(mean(m), m.disparity().clamp(d_min, d_max));
+    // within the bounds Eq. 2.3 always has an answer
+    Ok(Cloud::from_points(matches.iter().filter_map(point).collect()))
 }
 
 /// What the thesis takes from the generic face.
@@ -83,19 +117,18 @@ impl Nearness {
         Self { d_min, d_max }
     }
 
-    fn of(&self, disparity: f64) -> f64 {
+    fn of(&self, disparity: f64) -> Option<f64> {
         let Self { d_min, d_max } = *self;
-        let d = disparity.clamp(d_min, d_max);
         if !(d_max > d_min) {
-            return 0.5;
+            return Some(0.5);
         }
         if d_min > 0.5 * d_max {
             // Eq. 2.3 is Z = d_min Mz / |x2 - x1|; only d_min / d matters once bounds are matched
-            (1.0 - d_min / d) / (1.0 - d_min / d_max)
+            (disparity > 0.5 * d_min).then(|| (1.0 - d_min / disparity) / (1.0 - d_min / d_max))
         } else {
             // Shifted sensors or turned cameras: disparity has no true zero, and its change is
             // nearly proportional to depth over a head.
-            (d - d_min) / (d_max - d_min)
+            Some((disparity - d_min) / (d_max - d_min))
         }
     }
 }

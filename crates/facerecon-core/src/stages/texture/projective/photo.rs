@@ -4,7 +4,7 @@ use super::super::{TextureError, TextureInput, TexturePhoto};
 use super::motion::HeadMotion;
 use super::subject::Subject;
 use crate::camera::{Pinhole, Projection, resect};
-use crate::data::{Mesh, Raster, Rgb};
+use crate::data::{Mesh, Raster, Rgb, Topology};
 use crate::math::{Mat3, Vec2, Vec3};
 use crate::observer::{Event, Observer};
 use crate::render::{NO_FACE, linear_from_srgb, rasterize};
@@ -119,7 +119,10 @@ impl Visibility {
         let placed = mesh.with_vertices(mesh.vertices.iter().map(|v| view.place(v)).collect());
         let drawn = rasterize(&placed, &view.camera, &crate::math::Similarity::identity(), size)
             .map_err(|e| TextureError::Draw(e.to_string()))?;
-        let edge_px = edge_distance(&drawn.depth_mm, view, (OUTLINE - 1.0) * edge_px as f32);
+        let open = open_faces(mesh);
+        let is_open = drawn.face.map(|f| f != NO_FACE && open[f as usize]);
+        let outline_px = (OUTLINE - 1.0) * edge_px as f32;
+        let edge_px = edge_distance(&drawn.depth_mm, &is_open, view, outline_px);
         Ok(Self {
             depth: drawn.depth_mm,
             edge_px,
@@ -156,9 +159,20 @@ const OUTLINE: f32 = 3.0;
 /// Edges count up to this distance, pixels.
 const EDGE_REACH: f32 = 15.0;
 
-/// Chamfer distance to pixels beside a jump in depth. A jump is a slope that no surface seen at a
+/// For each face whether it lies at an open edge: there the mesh ends, not the subject.
+fn open_faces(mesh: &Mesh) -> Vec<bool> {
+    let border = Topology::new(mesh).border;
+    mesh.faces.iter().map(|face| face.iter().any(|&v| border[v as usize])).collect()
+}
+
+/// Chamfer distance to pixels beside a jump in depth, or beside the outline but where `open`. A jump is a slope that no surface seen at a
 /// usable angle has: 8 pixels' width in depth from one pixel to the next.
-fn edge_distance(depth: &Raster<f32>, view: &Sight, outline_px: f32) -> Raster<f32> {
+fn edge_distance(
+    depth: &Raster<f32>,
+    open: &Raster<bool>,
+    view: &Sight,
+    outline_px: f32,
+) -> Raster<f32> {
     let camera = &view.camera;
     let (w, h) = depth.size();
     // width of a pixel at unit depth, in the mesh's unit
@@ -175,11 +189,20 @@ fn edge_distance(depth: &Raster<f32>, view: &Sight, outline_px: f32) -> Raster<f
             let mut edge = x == 0 || y == 0 || x + 1 == w || y + 1 == h;
             for (dx, dy) in [(1isize, 0isize), (-1, 0), (0, 1), (0, -1)] {
                 if let Some(other) = depth.get(x as isize + dx, y as isize + dy) {
-                    edge |= !((other - z).abs() < 8.0 * width(z));
+                    let ends = !other.is_finite() && open.at(x, y);
+                    edge |= !ends && !((other - z).abs() < 8.0 * width(z));
                 }
             }
             if background {
-                distance.set(x, y, -outline_px);
+                // beside the outline; what lies farther out does not matter
+                let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
+                let outlines = |(dx, dy): (isize, isize)| {
+                    let (i, j) = (x as isize + dx, y as isize + dy);
+                    depth.get(i, j).is_some_and(f32::is_finite) && open.get(i, j) == Some(false)
+                };
+                if around.into_iter().any(outlines) {
+                    distance.set(x, y, -outline_px);
+                }
             } else if edge {
                 distance.set(x, y, 0.0);
             }
