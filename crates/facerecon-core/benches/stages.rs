@@ -171,7 +171,7 @@ fn h_surface(bencher: Bencher<'_, '_>, width: usize) {
     let place = |p, d| rig.point(p, d);
     let disparity = Some(&dense.disparity);
     let input = SurfaceInput { disparity, matches, on_subject: &[], place: &place };
-    bencher.bench(|| surface(&input, &s.params.surface, &()));
+    bencher.bench_local(|| surface(&input, &s.params.surface, &()));
 }
 
 #[divan::bench(args = WIDTHS, consts = [0, 1], sample_count = 3)]

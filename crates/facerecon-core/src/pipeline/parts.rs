@@ -118,7 +118,7 @@ pub fn features(
         };
     };
     let pairs = inputs::with_features(&[], &marked);
-    let metric = TriangulateParams { method: TriangulateMethod::Metric, ..params.triangulate };
+    let metric = TriangulateParams { method: TriangulateMethod::Metric };
     let places = triangulate(&pairs, Some(rig), &template.mesh, &metric, &())
         .map_err(|fault| inputs::of_feature(fault, &[], &marked))?;
     Ok(marked.into_iter().map(|m| m.0).zip(places.cloud.points).collect())
