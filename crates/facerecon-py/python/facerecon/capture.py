@@ -171,7 +171,7 @@ class Capture:
         left, right: photos with the pattern, (height, width, 3) uint8 sRGB, or grey
             (height, width) uint8, uint16 or float with levels 0 to 255.
         left_plain, right_plain: the pair without the pattern, for the texture.
-        rig: the cameras; without it the result is in model units, not metric.
+        rig: the cameras; without it the result is not metric.
         columns, rows: dots of the projected pattern.
         kind: ``"dots"`` or ``"stripes"``.
         rotation_deg: turn of the lattice, clockwise.

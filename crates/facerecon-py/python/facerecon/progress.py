@@ -11,6 +11,7 @@ STAGES = (
     "rectify",
     "detect",
     "correspond",
+    "cameras",
     "refine",
     "triangulate",
     "register",

@@ -172,8 +172,11 @@ fn fill_empty_lines(sheet: &mut Sheet) {
         let Some((source, span)) = from.and_then(|k| Some((k, spans[k]?))) else {
             continue;
         };
+        // a line that ended before the region's edge ends as far before it here
         let (left, right) = sheet.region.span(y as f64);
-        let to = (left.ceil().max(0.0), right.floor().min((size - 1) as f64));
+        let edge = sheet.region.span(source as f64);
+        let (first, end) = (span.0 as f64 + left - edge.0, span.1 as f64 + right - edge.1);
+        let to = (first.round().max(0.0), end.round().min((size - 1) as f64));
         if !(to.1 >= to.0) {
             continue;
         }
