@@ -1,10 +1,12 @@
 //! The demo: a made-up person before the virtual rig, reconstructed and held against the truth.
 
+use std::time::Instant;
+
 use crate::compare::Distances;
 use crate::data::Rgb;
 use crate::error::Error;
 use crate::math::Vec3;
-use crate::observer::Observer;
+use crate::observer::{Event, Observer};
 use crate::params::Params;
 use crate::pattern::PatternParams;
 use crate::pipeline::{Reconstruction, reconstruct};
@@ -55,7 +57,10 @@ pub fn demo(seed: u64, params: &Params, observer: &dyn Observer) -> Result<Demo,
         face: Some(&face),
     };
     let rig = SimulateParams { pattern: PatternParams::default(), seed, ..Default::default() };
+    observer.event(&Event::Started { stage: "simulate" });
+    let start = Instant::now();
     let simulated = simulate(&subject, &rig, observer)?;
+    observer.event(&Event::Finished { stage: "simulate", elapsed: start.elapsed() });
     let found = reconstruct(&simulated.capture, &template::built_in(), params, observer)?;
     let error = face_error(&simulated, &found)
         .ok_or_else(|| Error::Input("demo: no part of the true face is seen".into()))?;
