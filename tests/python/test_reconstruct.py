@@ -174,9 +174,9 @@ except KeyboardInterrupt:
 WORKS = {
     "reconstruct": "fr.reconstruct(capture)",
     "facebuilder": 'fr.reconstruct(capture, "facebuilder")',
-    "simulate": "fr.simulate(width_px=3000, height_px=2250, focal_px=10800.0)",
+    "simulate": "fr.simulate(width_px=1536, height_px=1152, focal_px=5532.0)",
     "fit": "fr.fit(head, head.vertices * 1.05)",
-    "deform": 'fr.deform(head, head.vertices * 1.05, method="gaussian-rbf", max_centres=6000)',
+    "deform": 'fr.deform(head, head.vertices * 1.05, method="gaussian-rbf")',
     "compare": "fr.compare(head, fr.Mesh(head.vertices * 1.05, head.faces), samples=2_000_000)",
     "batch": "fr.batch([sys.argv[1]], sys.argv[2], workers=1, smooth={'lambda': time.time() % 1})",
 }

@@ -207,12 +207,9 @@ pub fn simulate(
     // linear pictures, [left, right] of [pattern, plain]
     let mut light = Vec::with_capacity(2);
     for (camera, pinhole, camera_from_left) in sides {
-        if observer.cancelled() {
-            return Err(SimulateError::Cancelled);
-        }
-        let mut pair = expose(&still, &pinhole, &camera_from_left, params)?;
+        let mut pair = expose(&still, &pinhole, &camera_from_left, params, observer)?;
         if let Some(moved) = &moved {
-            pair.plain = expose(moved, &pinhole, &camera_from_left, params)?.plain;
+            pair.plain = expose(moved, &pinhole, &camera_from_left, params, observer)?.plain;
         }
         if !pair.subject.contains(&true) {
             let distance_mm = params.distance_mm;
@@ -225,12 +222,16 @@ pub fn simulate(
         Exposure::of_paper(params),
     ];
     let photo = |side: usize, plain: usize| {
+        if observer.cancelled() {
+            return Err(SimulateError::Cancelled);
+        }
         let linear = if plain == 1 { &light[side].plain } else { &light[side].pattern };
         let gain = if side == 1 { params.gain_right } else { 1.0 };
-        Photo::from_rgb(develop(linear, &exposure[plain].times(gain), side * 2 + plain, params))
+        let developed = develop(linear, &exposure[plain].times(gain), side * 2 + plain, params);
+        Ok(Photo::from_rgb(developed))
     };
-    let (left, right) = (photo(0, 0), photo(1, 0));
-    let plain = [photo(0, 1), photo(1, 1)];
+    let (left, right) = (photo(0, 0)?, photo(1, 0)?);
+    let plain = [photo(0, 1)?, photo(1, 1)?];
 
     let truth = truth::gather(subject, &still, &rig, plain_from_dots, params)?;
     observer.event(&Event::Count {

@@ -8,6 +8,7 @@ use super::{SimulateError, SimulateParams};
 use crate::camera::Pinhole;
 use crate::data::{Raster, Rgb};
 use crate::math::{Similarity, percentile};
+use crate::observer::Observer;
 use crate::render::{NO_FACE, rasterize, srgb_from_linear, supersampled};
 
 /// Samples a side of a pixel.
@@ -32,11 +33,15 @@ pub(super) fn expose(
     camera: &Pinhole,
     camera_from_left: &Similarity,
     params: &SimulateParams,
+    observer: &dyn Observer,
 ) -> Result<Exposed, SimulateError> {
     let (width, height) = (params.width_px, params.height_px);
     let eye = camera_from_left.inverse().translation;
     let mut light: Vec<(Light, bool)> = Vec::with_capacity(width * height);
     for top in (0..height).step_by(STRIP) {
+        if observer.cancelled() {
+            return Err(SimulateError::Cancelled);
+        }
         let rows = STRIP.min(height - top);
         let strip = Pinhole { cy: camera.cy - top as f64, ..*camera };
         let size = (width * SAMPLES, rows * SAMPLES);
