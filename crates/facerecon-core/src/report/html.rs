@@ -45,7 +45,7 @@ fn head(page: &mut String, capture: &Capture, result: &Reconstruction) {
         env!("CARGO_PKG_VERSION")
     ));
     let mut fact = |value: String, name: &str| {
-        page.push_str(&format!("<div class=\"fact\"><b>{value}</b>{name}</div>"));
+        page.push_str(&format!("<div class=\"fact\"><b>{value}</b>{name}</div>\n"));
     };
     fact(result.matches.len().to_string(), "matches");
     fact(result.cloud.len().to_string(), "points measured");
