@@ -8,7 +8,7 @@ use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 
 /// Directions looked from, and the side of each small depth picture.
-const DIRECTIONS: usize = 48;
+const DIRECTIONS: usize = 32;
 const SIDE: usize = 256;
 /// Distance of the looking camera in radii of the mesh: far, so that its rays are all but parallel.
 const FAR: f64 = 30.0;

@@ -13,7 +13,7 @@ use crate::data::{Raster, Rgb};
 use crate::math::{Vec2, Vec3};
 
 /// Pictures are looked at in about this width, pixels.
-const WIDTH: usize = 384;
+const WIDTH: usize = 256;
 /// What is outside the mesh by more than this part of the picture's width is no subject.
 const CLEAR: f64 = 0.018;
 /// Fewer visible dots than this do not say where the subject is.
