@@ -15,6 +15,7 @@ from typing import Any
 
 import facerecon as fr
 import pytest
+from facerecon._pool import run_one
 
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "parallel"
@@ -86,6 +87,19 @@ def test_a_process_that_dies_takes_no_other_with_it(
     assert [row["status"] for row in table.rows] == ["done", "done"]
     assert len(begun) == 2 and begun[0].returncode == -signal.SIGKILL
     assert all(p.returncode is not None for p in begun), "a process is left"
+
+
+def test_a_capture_given_again_by_its_own_batch_is_done(
+    captures: list[Path], tmp_path: Path
+) -> None:
+    """Its worker died between the work and the answer: it is not done twice, nor called kept."""
+    toml = fr.Params(texture={"size": 128}).to_toml()
+    first, again, later = (
+        run_one((str(captures[0]), str(tmp_path), toml, "head", "model", name))
+        for name in ("monday", "monday", "tuesday")
+    )
+    assert [row["status"] for row in (first, again, later)] == ["done", "done", "kept"]
+    assert first == again and first["total_ms"] == later["total_ms"]
 
 
 def test_the_command_resumes_the_same_batch(captures: list[Path], tmp_path: Path) -> None:

@@ -57,21 +57,25 @@ impl std::fmt::Display for Outcome {
     }
 }
 
-/// File beside a result that says from what it was made.
+/// File beside a result that says from what it was made and, on a second line, by which batch.
 const FINGERPRINT: &str = "fingerprint.txt";
 
 /// Reconstructs one capture of a batch into `output/NAME`, unless the result is there already,
 /// made from the same files with the same parameters, template and version.
+///
+/// `batch` names this run where a capture may be given again, its worker having died before it
+/// could tell: what this same run finished is [`Status::Done`], not [`Status::Kept`].
 pub fn run(
     capture: &Path,
     output: &Path,
     head: &Template,
     params: &Params,
     frame: Frame,
+    batch: Option<&str>,
 ) -> Outcome {
     let name = name_of(capture);
     let folder = output.join(&name);
-    match reconstruct_or_keep(capture, &folder, head, params, frame) {
+    match reconstruct_or_keep(capture, &folder, head, params, frame, batch) {
         Ok(status) => read_outcome(name, status, &folder),
         Err(error) => Outcome {
             name,
@@ -108,14 +112,17 @@ fn reconstruct_or_keep(
     head: &Template,
     params: &Params,
     frame: Frame,
+    batch: Option<&str>,
 ) -> Result<Status, Error> {
     let loaded = io::capture::read_capture(capture)?;
     let print = fingerprint(&loaded.sources, head, params, frame)?;
     let beside = folder.join(FINGERPRINT);
-    let same = std::fs::read_to_string(&beside).is_ok_and(|old| old.trim() == print);
+    let old = std::fs::read_to_string(&beside).unwrap_or_default();
+    let mut old = old.lines();
+    let (same, by) = (old.next() == Some(&print), old.next());
     let whole = ["result.json", "face.obj", "face.glb"].iter().all(|f| folder.join(f).is_file());
     if same && whole {
-        return Ok(Status::Kept);
+        return Ok(if by.is_some() && by == batch { Status::Done } else { Status::Kept });
     }
     // a stale mark must not outlive the files it spoke of
     if beside.exists() {
@@ -126,7 +133,8 @@ fn reconstruct_or_keep(
     let mut found = reconstruct(&loaded.capture, head, params, &recorder)?;
     found.warnings.splice(0..0, loaded.warnings);
     result::write(folder, &loaded.capture, &found, &recorder.take(), frame, false)?;
-    io::atomic::write(&beside, format!("{print}\n").as_bytes())?;
+    let by = batch.map_or(String::new(), |b| format!("{b}\n"));
+    io::atomic::write(&beside, format!("{print}\n{by}").as_bytes())?;
     Ok(Status::Done)
 }
 

@@ -197,6 +197,7 @@ fn batch_run(
     template: &str,
     params: &Params,
     frame: &str,
+    batch: &str,
 ) -> PyResult<String> {
     let frame = frame_named(py, frame)?;
     let head: CoreTemplate = match template::named(template) {
@@ -206,7 +207,7 @@ fn batch_run(
             loaded.map_err(|e| crate::errors::to_py(py, e))?.into_template()
         }
     };
-    let outcome = py.detach(|| batch::run(&capture, &output, &head, &params.0, frame));
+    let outcome = py.detach(|| batch::run(&capture, &output, &head, &params.0, frame, Some(batch)));
     to_json(py, &outcome)
 }
 

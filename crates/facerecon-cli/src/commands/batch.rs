@@ -39,7 +39,7 @@ pub(super) fn batch(args: &BatchArgs, terminal: &Terminal) -> Result<(), Failure
     let outcomes: Vec<Outcome> = captures
         .par_iter()
         .map(|capture| {
-            let done = batch::run(capture, &args.output, &head, &params, frame);
+            let done = batch::run(capture, &args.output, &head, &params, frame, None);
             bar.set_message(done.name.clone());
             bar.inc(1);
             done

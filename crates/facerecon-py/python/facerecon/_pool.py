@@ -20,8 +20,8 @@ from typing import Any
 
 from . import _core
 
-#: Capture, output folder, parameters as TOML, template, frame.
-Job = tuple[str, str, str, str, str]
+#: Capture, output folder, parameters as TOML, template, frame, name of the batch.
+Job = tuple[str, str, str, str, str, str]
 Row = dict[str, Any]
 #: A capture whose process dies is tried so many times.
 TRIES = 2
@@ -29,10 +29,10 @@ TRIES = 2
 
 def run_one(job: Job) -> Row:
     """One capture, in a worker: its row, whatever happens."""
-    capture, out, toml, template, frame = job
+    capture, out, toml, template, frame, batch = job
     try:
         params = _core.Params(None, toml, [])
-        row: Row = json.loads(_core.batch_run(capture, out, template, params, frame))
+        row: Row = json.loads(_core.batch_run(capture, out, template, params, frame, batch))
     except Exception as error:  # one failure does not stop the rest
         row = failed(job, str(error))
     return row

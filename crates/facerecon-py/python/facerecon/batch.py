@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import uuid
 from collections.abc import Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
@@ -116,7 +117,8 @@ def batch(
             "parameters",
         )
     folder = Path(out).absolute()
-    common = (str(folder), core.to_toml(), fspath(template), frame)
+    # a capture given again because its worker died after the work still counts as done
+    common = (str(folder), core.to_toml(), fspath(template), frame, uuid.uuid4().hex)
     jobs: list[Job] = [(str(p), *common) for p in paths]
     if client is not None:
         finished = _on_dask(jobs, client)
