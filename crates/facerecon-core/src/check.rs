@@ -191,8 +191,8 @@ fn dots(capture: &Capture, found: [&Detection; 2], params: &CheckParams, report:
     report.add("dots", ratio >= params.min_dot_ratio, message, advice);
 
     let photos = [&capture.left.gray, &capture.right.gray];
-    let figures = [0, 1].map(|i| DotFigures::measure(photos[i], found[i]));
-    if let [Some(l), Some(r)] = figures {
+    let measure = |i: usize| DotFigures::measure(photos[i], found[i]);
+    if let (Some(l), Some(r)) = rayon::join(|| measure(0), || measure(1)) {
         let contrast = l.contrast.min(r.contrast);
         let message = format!(
             "the brighter half of the dots stands {contrast:.0} grey levels above its surroundings; at least {:.0} are wanted",

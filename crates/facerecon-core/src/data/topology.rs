@@ -1,5 +1,7 @@
 //! Who neighbours whom on a mesh.
 
+use rayon::prelude::*;
+
 use super::Mesh;
 
 /// Neighbours, borders and rings of a mesh's vertices.
@@ -18,7 +20,7 @@ impl Topology {
     pub fn new(mesh: &Mesh) -> Self {
         let sides = mesh.faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let mut edges: Vec<(u32, u32)> = sides.map(|(i, j)| (i.min(j), i.max(j))).collect();
-        edges.sort_unstable();
+        edges.par_sort_unstable();
         let mut neighbours = vec![Vec::new(); mesh.vertices.len()];
         let mut border = vec![false; mesh.vertices.len()];
         let mut non_manifold_edges = 0;

@@ -6,6 +6,8 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::calibration::{check_baseline, distortion, read_calibration, rotation};
 use super::source::{decode_text, line_of, read_bytes};
 use super::{Fault, IoError, read_photo};
@@ -101,6 +103,9 @@ pub fn check_capture_text(bytes: &[u8]) -> Result<Vec<String>, Fault> {
     text::parse(&decode_text(bytes)).map(|(_, warnings)| warnings)
 }
 
+/// A photo and its file.
+type Sourced = (Photo, PathBuf);
+
 struct Reader<'a> {
     file: Option<PathBuf>,
     given: &'a CaptureFiles,
@@ -111,16 +116,17 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn read(mut self, text: CaptureText) -> Result<LoadedCapture, IoError> {
         let images = text.images.unwrap_or_default();
-        let (left, left_path) =
-            self.required_photo(self.given.left.clone(), images.left, "left")?;
-        let (right, right_path) =
-            self.required_photo(self.given.right.clone(), images.right, "right")?;
-        same_size(&left, &left_path, &right, &right_path)?;
         let given = self.given;
-        let plain = [
-            self.photo(given.left_texture.clone(), images.left_texture)?,
-            self.photo(given.right_texture.clone(), images.right_texture)?,
-        ];
+        let [left, right, left_plain, right_plain] = self.photos([
+            (&given.left, images.left),
+            (&given.right, images.right),
+            (&given.left_texture, images.left_texture),
+            (&given.right_texture, images.right_texture),
+        ]);
+        let (left, left_path) = self.required(left?, "left")?;
+        let (right, right_path) = self.required(right?, "right")?;
+        same_size(&left, &left_path, &right, &right_path)?;
+        let plain = [self.used(left_plain?), self.used(right_plain?)];
         let plain = match plain {
             [Some((l, l_path)), Some((r, r_path))] => {
                 same_size(&left, &left_path, &l, &l_path)?;
@@ -156,34 +162,43 @@ impl Reader<'_> {
         IoError::malformed(&path, message)
     }
 
-    fn required_photo(
-        &mut self,
-        given: Option<PathBuf>,
-        named: Option<PathBuf>,
-        side: &str,
-    ) -> Result<(Photo, PathBuf), IoError> {
-        match self.photo(given, named)? {
-            Some(found) => Ok(found),
-            None => Err(self.fault(format!(
-                "the {side} photo with the pattern is missing; write {side} = \"FILE\" under \
-                 [images], or give --{side} FILE"
-            ))),
-        }
+    /// Reads photos, given on the command line or named in the file, all at once.
+    fn photos<const N: usize>(
+        &self,
+        places: [(&Option<PathBuf>, Option<PathBuf>); N],
+    ) -> [Result<Option<Sourced>, IoError>; N] {
+        let mut read = places.map(|(given, named)| {
+            let path = match (given, named) {
+                (Some(path), _) => path.clone(),
+                (None, Some(path)) => self.inside(&path)?,
+                (None, None) => return Ok(None),
+            };
+            Ok(Some((path, None)))
+        });
+        read.par_iter_mut().for_each(|slot| {
+            if let Ok(Some((path, photo))) = slot {
+                *photo = Some(read_photo(path));
+            }
+        });
+        read.map(|slot| match slot? {
+            Some((path, Some(photo))) => Ok(Some((photo?, path))),
+            _ => Ok(None),
+        })
     }
 
-    fn photo(
-        &mut self,
-        given: Option<PathBuf>,
-        named: Option<PathBuf>,
-    ) -> Result<Option<(Photo, PathBuf)>, IoError> {
-        let path = match (given, named) {
-            (Some(path), _) => path,
-            (None, Some(path)) => self.inside(&path)?,
-            (None, None) => return Ok(None),
-        };
-        let photo = read_photo(&path)?;
-        self.sources.push(path.clone());
-        Ok(Some((photo, path)))
+    fn required(&mut self, photo: Option<Sourced>, side: &str) -> Result<Sourced, IoError> {
+        self.used(photo).ok_or_else(|| {
+            self.fault(format!(
+                "the {side} photo with the pattern is missing; write {side} = \"FILE\" under \
+                 [images], or give --{side} FILE"
+            ))
+        })
+    }
+
+    /// Notes where a photo came from.
+    fn used(&mut self, photo: Option<Sourced>) -> Option<Sourced> {
+        self.sources.extend(photo.iter().map(|(_, path)| path.clone()));
+        photo
     }
 
     /// The place of a path that the capture file names, which must lie in its folder, links

@@ -2,15 +2,15 @@
 
 /// The value below which the fraction `q` (0 to 1) of the values lies, linearly interpolated.
 pub fn percentile(values: &[f64], q: f64) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
-    if sorted.is_empty() {
+    let mut kept: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
+    if kept.is_empty() {
         return None;
     }
-    sorted.sort_unstable_by(f64::total_cmp);
-    let position = q.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
-    let low = position.floor() as usize;
-    let high = (low + 1).min(sorted.len() - 1);
-    Some(sorted[low] + (sorted[high] - sorted[low]) * (position - low as f64))
+    let position = q.clamp(0.0, 1.0) * (kept.len() - 1) as f64;
+    let rank = position.floor() as usize;
+    let (_, low, above) = kept.select_nth_unstable_by(rank, f64::total_cmp);
+    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(*low);
+    Some(*low + (high - *low) * (position - rank as f64))
 }
 
 /// The median.

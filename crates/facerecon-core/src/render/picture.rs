@@ -86,19 +86,38 @@ impl<'a> Studio<'a> {
     /// # Errors
     /// [`RenderError`] for an invalid mesh, or a heat map without values.
     pub fn new(scene: &Scene<'a>, mode: Mode) -> Result<Self, RenderError> {
+        let openness = match mode {
+            Mode::Textured => Vec::new(),
+            _ => ambient_openness(scene.mesh)?,
+        };
+        Self::with_openness(scene, mode, openness)
+    }
+
+    /// Makes a scene ready whose vertices are known to lie open to the sky by so much, 0 to 1;
+    /// those beyond the list lie quite open.
+    ///
+    /// # Errors
+    /// [`RenderError`] for an invalid mesh, or a heat map without values.
+    pub fn with_openness(
+        scene: &Scene<'a>,
+        mode: Mode,
+        mut openness: Vec<f64>,
+    ) -> Result<Self, RenderError> {
         scene.mesh.validate()?;
         let expected = scene.mesh.vertices.len();
         let got = scene.heat.map_or(0, |h| h.values.len());
         if mode == Mode::Heat && got != expected {
             return Err(RenderError::Heat { got, expected });
         }
-        let openness = match mode {
-            Mode::Textured => vec![1.0; expected],
-            _ => ambient_openness(scene.mesh)?,
-        };
+        openness.resize(expected, 1.0);
         let normals = scene.mesh.vertex_normals();
         let limit = scene.heat.map_or(1.0, |h| h.limit());
         Ok(Self { scene: *scene, mode, normals, openness, limit, linear: linear_table() })
+    }
+
+    /// How open each vertex lies to the sky, 0 to 1.
+    pub fn openness(&self) -> &[f64] {
+        &self.openness
     }
 
     /// Focal length at which the mesh fills the picture.

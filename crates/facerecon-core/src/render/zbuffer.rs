@@ -74,8 +74,9 @@ pub fn rasterize(
     let vertices: Vec<Vec3> = mesh.vertices.par_iter().map(|v| camera_from_mesh.apply(v)).collect();
     let screen = Projected::new(mesh, &vertices, camera, size);
     let mut bins = vec![Vec::new(); height.div_ceil(BAND)];
-    for face in 0..mesh.faces.len() {
-        if let Some((first, last)) = screen.rows(face) {
+    let rows: Vec<_> = (0..mesh.faces.len()).into_par_iter().map(|f| screen.rows(f)).collect();
+    for (face, rows) in rows.into_iter().enumerate() {
+        if let Some((first, last)) = rows {
             bins[first / BAND..=last / BAND].iter_mut().for_each(|bin| bin.push(face));
         }
     }

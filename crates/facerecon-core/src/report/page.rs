@@ -106,7 +106,7 @@ pub(super) fn shrunk(image: &Rgb, side: usize) -> Rgb {
     if k == 1 {
         return image.clone();
     }
-    Rgb::from_fn(image.width() / k, image.height() / k, |x, y| {
+    Rgb::par_from_fn(image.width() / k, image.height() / k, |x, y| {
         let mut sum = [0u32; 3];
         for dy in 0..k {
             for dx in 0..k {

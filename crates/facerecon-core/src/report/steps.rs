@@ -32,7 +32,7 @@ pub(super) fn steps(
     let unit = if result.metric { "mm" } else { "model units" };
     if let Some(head) = mesh(record, "register", "head") {
         let before = cast(head);
-        register(page, result, head, unit);
+        register(page, result, head, before.as_ref(), unit);
         if let Some(bent) = mesh(record, "deform", "mesh") {
             let smoothed = *bent != result.mesh;
             let own = if smoothed { cast(bent) } else { None };
@@ -97,17 +97,26 @@ fn filter(page: &mut String, record: &Record) {
     row.end(page);
 }
 
-fn register(page: &mut String, result: &Reconstruction, head: &Mesh, unit: &str) {
+fn register(
+    page: &mut String,
+    result: &Reconstruction,
+    head: &Mesh,
+    plaster: Option<&Studio<'_>>,
+    unit: &str,
+) {
     let Some(pose) = &result.registration else { return };
     page.push_str("<h3>Register</h3>\n");
     let dots = registered(result, pose);
-    let colored = |mesh: &Mesh| {
+    let colored = |mesh: &Mesh, openness: &[f64]| {
         let studded = marks::studded(mesh, &dots);
-        drawn(Studio::new(&Scene::new(&studded), Mode::Lit).ok().as_ref(), View::ThreeQuarter)
+        let scene = Scene::new(&studded);
+        let studio = Studio::with_openness(&scene, Mode::Lit, openness.to_vec()).ok();
+        drawn(studio.as_ref(), View::ThreeQuarter)
     };
+    let openness = plaster.map_or(&[][..], Studio::openness);
     let mut row = Row::new("three");
-    row.picture(colored(&Mesh::default()), "before: the points measured at the dots");
-    row.picture(colored(head), "after: the points on the generic head");
+    row.picture(colored(&Mesh::default(), &[]), "before: the points measured at the dots");
+    row.picture(colored(head, openness), "after: the points on the generic head");
     let label = match result.params.register.method {
         RegisterMethod::Besl => format!("root of the sum of squares (Eq. 3.8), {unit}"),
         RegisterMethod::Robust => format!("distance from the surface, {unit}"),

@@ -30,6 +30,7 @@ struct Node {
 pub struct SurfaceIndex {
     nodes: Vec<Node>,
     order: Vec<u32>,
+    /// Corners of the faces in `order`: those of a leaf lie side by side.
     triangles: Vec<[Vec3; 3]>,
 }
 
@@ -45,6 +46,7 @@ impl SurfaceIndex {
         let empty = Node { low: Vec3::zeros(), high: Vec3::zeros(), second: 0, start: 0, count: 0 };
         let mut nodes = vec![empty; node_count(order.len())];
         split(&mut nodes, 0, &mut order, 0, &triangles, &centres);
+        let triangles = order.iter().map(|&f| triangles[f as usize]).collect();
         Some(Self { nodes, order, triangles })
     }
 
@@ -72,8 +74,10 @@ impl SurfaceIndex {
             let node = &self.nodes[id];
             if node.count > 0 {
                 let range = node.start as usize..(node.start + node.count) as usize;
-                for &face in &self.order[range] {
-                    let (point, barycentric) = on_triangle(query, &self.triangles[face as usize]);
+                for (triangle, &face) in
+                    self.triangles[range.clone()].iter().zip(&self.order[range])
+                {
+                    let (point, barycentric) = on_triangle(query, triangle);
                     let d2 = (point - query).norm_squared();
                     let face = face as usize;
                     let better = match &best {

@@ -20,7 +20,7 @@ use crate::observer::Observer;
 use crate::settings;
 
 use super::{CorrespondError, CorrespondInput, Correspondence};
-use crate::data::Match;
+use crate::data::{Dot, Match};
 use cues::{Evidence, Plain};
 use graph::{Graph, Growth, grow};
 use regions::{Found, Matcher};
@@ -76,10 +76,11 @@ pub(super) fn lattice(
         max_link_error: params.max_link_error,
         min_component: params.min_component.div_ceil(2),
     };
-    let [left, right] = [input.left, input.right].map(|dots| {
+    let graph = |dots: &[Dot]| {
         let points: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
         grow(&points, &growth)
-    });
+    };
+    let (left, right) = rayon::join(|| graph(input.left), || graph(input.right));
     for (photo, graph) in [("left", &left), ("right", &right)] {
         let labelled = graph.labels.iter().flatten().count();
         if labelled < params.min_component {

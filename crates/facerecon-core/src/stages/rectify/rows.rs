@@ -7,6 +7,8 @@
 mod features;
 mod model;
 
+use rayon::prelude::*;
+
 use crate::camera::{Pinhole, Rectification, View};
 use crate::data::Gray;
 use crate::math::Vec2;
@@ -122,7 +124,7 @@ fn spots(dots: Option<[&Gray; 2]>, plain: Option<[&Gray; 2]>, rows_px: f64) -> V
     // Well below half a row of dots in any photo they can be told apart in.
     let reach = (dots[0].width() as f64 / 250.0).round().max(2.0) as isize;
     let radius = (dots[0].width() as f64 / 75.0).round() as isize;
-    spots.into_iter().map(|s| refine(dots, s, 1.0, radius, reach).unwrap_or(s)).collect()
+    spots.into_par_iter().map(|s| refine(dots, s, 1.0, radius, reach).unwrap_or(s)).collect()
 }
 
 /// A calibrated rig whose right camera was knocked: a small offset, roll or change of scale.

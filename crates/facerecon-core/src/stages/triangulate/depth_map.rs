@@ -26,7 +26,8 @@ pub fn depth_maps(
         .collect();
     let left = matches.iter().map(|m| rectification.left.to_photo(m.left)).collect::<Vec<_>>();
     let right = matches.iter().map(|m| rectification.right.to_photo(m.right)).collect::<Vec<_>>();
-    [spread(&left, &greys, photo_size), spread(&right, &greys, photo_size)]
+    let map = |places| spread(places, &greys, photo_size);
+    rayon::join(|| map(&left), || map(&right)).into()
 }
 
 fn spread(places: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gray {

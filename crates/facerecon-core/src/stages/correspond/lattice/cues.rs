@@ -3,6 +3,8 @@
 //! Every cue gives a badness above 0; those of one shift multiply. The ratio of the runner-up's
 //! badness to the winner's is the confidence.
 
+use rayon::prelude::*;
+
 use crate::data::{Dot, Gray, Seeds};
 use crate::math::Vec2;
 
@@ -30,9 +32,9 @@ impl Plain {
         let half = |dot: &Dot| (dot.position - Vec2::new(0.5, 0.5)) / 2.0;
         let sides = [-1.0, 0.0, 1.0];
         Self {
-            left: dots[0].iter().map(|d| patch(&left, half(d), step)).collect(),
+            left: dots[0].par_iter().map(|d| patch(&left, half(d), step)).collect(),
             right: dots[1]
-                .iter()
+                .par_iter()
                 .map(|d| sides.map(|s| patch(&right, half(d) + Vec2::new(s, 0.0), step)))
                 .collect(),
         }

@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use rayon::prelude::*;
+
 use crate::camera::RectifiedRig;
 use crate::math::{Vec2, median, percentile};
 use crate::observer::Observer;
@@ -210,7 +212,7 @@ impl<'a> Matcher<'a> {
             (0..free[0].len()).filter(|i| free[0][*i] && graphs[0].labels[*i].is_some()).collect();
         let least = self.params.min_component;
         candidates(evidence, free, slack, &range, least, SHIFTS)
-            .into_iter()
+            .into_par_iter()
             .map(|shift| {
                 let mut pairs = pairs(graphs, &members, shift, free);
                 pairs.retain(|p| range.contains(&self.disparity(p)));

@@ -3,6 +3,8 @@
 //! One number a vertex, point-to-plane exactly, the thin plate smoothing over the length that the
 //! data's noise asks for. Well conditioned where there is data, so conjugate gradients suffice.
 
+use rayon::prelude::*;
+
 use super::super::DeformError;
 use super::NicpParams;
 use super::matching::{Found, Gate, Matcher, Point, covered_area, plane_rms};
@@ -16,6 +18,9 @@ const ROUNDS: [f64; 3] = [1.6, 1.0, 1.0];
 const MARGIN: usize = 4;
 /// Points farther than this from the bent surface are outliers by now, mm.
 const REACH_MM: f64 = 3.0;
+
+/// Rows of a product that a task works out at least.
+const TASK: usize = 2048;
 
 /// Refines the mesh in place; returns the robust RMS distance along the normals, mm.
 pub(super) fn refine(
@@ -67,9 +72,15 @@ fn widened(measured: &[bool], topology: &Topology, rings: usize) -> Vec<bool> {
 }
 
 /// Normal equations of the heights: `sum w (c . h - r)^2 + length^4 |L h|^2`.
+///
+/// The matches couple the corners of a face, the Laplacian a vertex and its ring: both matrices
+/// have their entries in the same places, a row for each vertex.
 struct System<'a> {
-    /// For each match its three vertices, coefficients, residual and weight.
-    rows: Vec<([usize; 3], [f64; 3], f64, f64)>,
+    /// Matrix of the matches, entries as in the Laplacian's rows.
+    data: Vec<Vec<f64>>,
+    /// Columns of the Laplacian, entries as in its rows.
+    transposed: Vec<Vec<f64>>,
+    right: Vec<f64>,
     laplacian: &'a Laplacian,
     active: &'a [bool],
     bend: f64,
@@ -85,57 +96,65 @@ impl<'a> System<'a> {
         length: f64,
     ) -> Self {
         let share = covered_area(base, found) / found.len().max(1) as f64;
-        let rows = found
-            .iter()
-            .map(|f| {
-                let foot: Vec3 =
-                    (0..3).map(|k| base.vertices[f.corners[k]] * f.barycentric[k]).sum();
-                let c = [0, 1, 2].map(|k| f.barycentric[k] * f.normal.dot(&normals[f.corners[k]]));
-                (f.corners, c, f.normal.dot(&(f.data - foot)), f.weight * share)
-            })
-            .collect();
-        Self { rows, laplacian, active, bend: length.powi(4) }
-    }
-
-    fn masked(&self, mut x: Vec<f64>) -> Vec<f64> {
-        x.iter_mut().zip(self.active).filter(|(_, a)| !**a).for_each(|(v, _)| *v = 0.0);
-        x
-    }
-
-    fn times(&self, x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; x.len()];
-        for (v, c, _, w) in &self.rows {
-            let s = w * (c[0] * x[v[0]] + c[1] * x[v[1]] + c[2] * x[v[2]]);
-            (0..3).for_each(|k| y[v[k]] += c[k] * s);
-        }
-        for row in &self.laplacian.rows {
-            let s: f64 = row.iter().map(|&(j, l)| l * x[j as usize]).sum();
-            if s != 0.0 {
-                row.iter().for_each(|&(j, l)| y[j as usize] += self.bend * l * s);
+        let rows = &laplacian.rows;
+        let mut data: Vec<Vec<f64>> = rows.iter().map(|row| vec![0.0; row.len()]).collect();
+        let mut right = vec![0.0; rows.len()];
+        for f in found {
+            let foot: Vec3 = (0..3).map(|k| base.vertices[f.corners[k]] * f.barycentric[k]).sum();
+            let c = [0, 1, 2].map(|k| f.barycentric[k] * f.normal.dot(&normals[f.corners[k]]));
+            let (miss, weight) = (f.normal.dot(&(f.data - foot)), f.weight * share);
+            for i in 0..3 {
+                let v = f.corners[i];
+                right[v] += weight * c[i] * miss;
+                for j in 0..3 {
+                    if let Some(at) = place(&rows[v], f.corners[j]) {
+                        data[v][at] += weight * c[i] * c[j];
+                    }
+                }
             }
         }
-        self.masked(y)
+        let entry = |(v, j): (usize, usize)| place(&rows[j], v).map_or(0.0, |at| rows[j][at].1);
+        let transposed = (0..rows.len())
+            .into_par_iter()
+            .map(|v| rows[v].iter().map(|&(j, _)| entry((v, j as usize))).collect())
+            .collect();
+        let right = masked(right, active);
+        Self { data, transposed, right, laplacian, active, bend: length.powi(4) }
+    }
+
+    /// The matrix times `x`, which is 0 where nothing moves.
+    fn times(&self, x: &[f64]) -> Vec<f64> {
+        let rows = &self.laplacian.rows;
+        let curved: Vec<f64> = rows
+            .par_iter()
+            .with_min_len(TASK)
+            .map(|row| row.iter().map(|&(j, l)| l * x[j as usize]).sum())
+            .collect();
+        let one = |v: usize| {
+            if !self.active[v] {
+                return 0.0;
+            }
+            let entries = rows[v].iter().zip(&self.data[v]).zip(&self.transposed[v]);
+            entries
+                .map(|((&(j, _), d), t)| d * x[j as usize] + self.bend * t * curved[j as usize])
+                .sum()
+        };
+        (0..x.len()).into_par_iter().with_min_len(TASK).map(one).collect()
     }
 
     fn diagonal(&self) -> Vec<f64> {
-        let mut d = vec![1e-9; self.active.len()];
-        for (v, c, _, w) in &self.rows {
-            (0..3).for_each(|k| d[v[k]] += w * c[k] * c[k]);
-        }
-        for &(j, l) in self.laplacian.rows.iter().flatten() {
-            d[j as usize] += self.bend * l * l;
-        }
-        d
+        let one = |v: usize| {
+            let own = place(&self.laplacian.rows[v], v).map_or(0.0, |at| self.data[v][at]);
+            let bent: f64 = self.transposed[v].iter().map(|t| t * t).sum();
+            1e-9 + own + self.bend * bent
+        };
+        (0..self.active.len()).map(one).collect()
     }
 
     /// Conjugate gradients with a diagonal preconditioner, from the present heights.
     fn solve(&self, height: &mut [f64]) {
-        let mut right = vec![0.0; height.len()];
-        for (v, c, r, w) in &self.rows {
-            (0..3).for_each(|k| right[v[k]] += w * c[k] * r);
-        }
-        let right = self.masked(right);
-        let x = self.masked(height.to_vec());
+        let right = &self.right;
+        let x = masked(height.to_vec(), self.active);
         height.copy_from_slice(&x);
         let diagonal = self.diagonal();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
@@ -144,7 +163,7 @@ impl<'a> System<'a> {
         let mut residual: Vec<f64> = right.iter().zip(&product).map(|(b, a)| b - a).collect();
         let mut step = scaled(&residual);
         let mut energy = dot(&residual, &step);
-        let stop = 1e-6 * dot(&right, &scaled(&right));
+        let stop = 1e-6 * dot(right, &scaled(right));
         for _ in 0..300 {
             if !(energy > stop) {
                 break;
@@ -160,4 +179,18 @@ impl<'a> System<'a> {
             energy = after;
         }
     }
+}
+
+fn masked(mut x: Vec<f64>, active: &[bool]) -> Vec<f64> {
+    x.iter_mut().zip(active).filter(|(_, a)| !**a).for_each(|(v, _)| *v = 0.0);
+    x
+}
+
+/// Where the entry of a column stands in a row of the Laplacian: neighbours in order, itself last.
+fn place(row: &[(u32, f64)], column: usize) -> Option<usize> {
+    let last = row.len().checked_sub(1)?;
+    if row[last].0 as usize == column {
+        return Some(last);
+    }
+    row[..last].binary_search_by_key(&column, |r| r.0 as usize).ok()
 }

@@ -3,8 +3,11 @@
 //! Points look for the nearest surface, so a ridge higher than the subject's (a nose) finds no
 //! partner at its crest and would be pinched from both sides. Its vertices look for points.
 
+use rayon::prelude::*;
+
 use super::matching::{Found, Point};
 use crate::data::Mesh;
+use crate::math::Vec3;
 use crate::spatial::PointIndex;
 
 /// Vertices less far in front are left to the points, mm.
@@ -32,27 +35,25 @@ impl<'a> Front<'a> {
     pub fn find(&self, mesh: &Mesh, reach: f64) -> Vec<Found> {
         let Some(index) = &self.index else { return Vec::new() };
         let normals = mesh.vertex_normals();
-        let mut found = Vec::new();
-        for (v, at) in mesh.vertices.iter().enumerate() {
-            let Some(near) = index.nearest(&(*at).into()) else { continue };
+        let one = |(v, at): (usize, &Vec3)| {
+            let near = index.nearest(&(*at).into())?;
             let point = &self.points[near.index];
             let offset = at - point.at;
             let height = offset.dot(&point.normal);
             let aside = (offset - point.normal * height).norm();
             let stands = height > CLEAR_MM && height < reach && aside < OBLIQUE * height;
-            if stands && point.island.is_none() && point.normal.dot(&normals[v]) > AGREE {
-                found.push(Found {
-                    data: point.at,
-                    corners: [v; 3],
-                    barycentric: [1.0, 0.0, 0.0],
-                    foot: *at,
-                    normal: point.normal,
-                    weight: WEIGHT * point.weight,
-                    cell: point.cell,
-                    island: None,
-                });
-            }
-        }
-        found
+            let agrees = point.island.is_none() && point.normal.dot(&normals[v]) > AGREE;
+            (stands && agrees).then_some(Found {
+                data: point.at,
+                corners: [v; 3],
+                barycentric: [1.0, 0.0, 0.0],
+                foot: *at,
+                normal: point.normal,
+                weight: WEIGHT * point.weight,
+                cell: point.cell,
+                island: None,
+            })
+        };
+        mesh.vertices.par_iter().enumerate().filter_map(one).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Which point of the surface each measured point belongs to, and how much it counts.
 
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 use super::super::DeformError;
 use super::{NicpParams, islands};
@@ -107,7 +107,7 @@ fn cell_for(points: &[Point], count: f64) -> f64 {
 
 /// The cell of each point, counted from 0 in their order, and the first point of each cell.
 pub(super) fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
-    let mut seen: BTreeMap<[i64; 3], u32> = BTreeMap::new();
+    let mut seen: HashMap<[i64; 3], u32> = HashMap::new();
     let mut first = Vec::new();
     let mut cells = Vec::with_capacity(points.len());
     for (i, p) in points.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Splitting faces where the data have more detail than the template.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 use super::matching::Found;
 use crate::data::Mesh;
@@ -55,7 +55,7 @@ fn subdivide_faces(mesh: &Mesh, wanted: &[bool]) -> (Mesh, Vec<usize>) {
     let mut out = mesh.clone();
     out.faces.clear();
     out.face_uvs.clear();
-    let mut split: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    let mut split: HashMap<(u32, u32), u32> = HashMap::new();
     for (face, _) in mesh.faces.iter().zip(wanted).filter(|(_, w)| **w) {
         for k in 0..3 {
             let (i, j) = (face[k], face[(k + 1) % 3]);
@@ -71,7 +71,7 @@ fn subdivide_faces(mesh: &Mesh, wanted: &[bool]) -> (Mesh, Vec<usize>) {
             });
         }
     }
-    let mut split_uv: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    let mut split_uv: HashMap<(u32, u32), u32> = HashMap::new();
     let mut parents = Vec::new();
     for (f, face) in mesh.faces.iter().enumerate() {
         let cut = [0, 1, 2].map(|k| {

@@ -1,5 +1,7 @@
 //! Equal exposure: gain and offset of each channel, in linear light, from what two photos share.
 
+use rayon::prelude::*;
+
 use super::blend::Weights;
 use super::photo::{Photo, bilinear};
 use super::texels::Texels;
@@ -16,10 +18,10 @@ pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo<'_>], weights: &
         for reference in 0..p {
             let shared = shared(texels, photos, weights, [reference, p]);
             if shared.len() >= LEAST_SHARED {
-                for (channel, tones) in photos[p].tones.iter_mut().enumerate() {
+                photos[p].tones.par_iter_mut().enumerate().for_each(|(channel, tones)| {
                     let (gain, offset) = fit(&shared, channel);
                     tones.iter_mut().for_each(|v| *v = (*v * gain + offset).max(0.0));
-                }
+                });
                 break;
             }
         }
@@ -36,6 +38,7 @@ fn shared(
     let light = pair.map(|p| photos[p].looked_up(&photos[p].tones));
     let seen = |i: usize| pair.iter().all(|&p| weights.sharp[p].data()[i] > 0.05);
     (0..texels.size * texels.size)
+        .into_par_iter()
         .filter(|i| i % 3 == 0 && seen(*i))
         .filter_map(|i| {
             let point = texels.position(i)?;
