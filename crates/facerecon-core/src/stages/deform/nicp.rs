@@ -8,6 +8,7 @@
 mod detail;
 mod front;
 mod islands;
+mod layers;
 mod matching;
 mod parts;
 mod plate;

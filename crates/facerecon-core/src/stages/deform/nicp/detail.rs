@@ -6,9 +6,9 @@
 use rayon::prelude::*;
 
 use super::super::DeformError;
-use super::NicpParams;
 use super::matching::{Found, Gate, Matcher, Point, covered_area, plane_rms};
 use super::plate::Laplacian;
+use super::{NicpParams, layers};
 use crate::data::{Mesh, Topology};
 use crate::math::Vec3;
 
@@ -35,9 +35,9 @@ pub(super) fn refine(
     let laplacian = Laplacian::new(&base);
     let topology = Topology::new(&base);
     let mut height = vec![0.0; base.vertices.len()];
-    let mut rms = 0.0;
+    let (mut rms, mut found) = (0.0, Vec::new());
     for smoothing in ROUNDS {
-        let found = Matcher::new(mesh, gate)?.find(
+        found = Matcher::new(mesh, gate)?.find(
             points,
             REACH_MM,
             super::calm(smoothing * params.detail_mm),
@@ -57,6 +57,7 @@ pub(super) fn refine(
         }
         rms = note(plane_rms(&found, mesh))?;
     }
+    layers::keep_apart(&base, mesh, &found);
     Ok(rms)
 }
 
