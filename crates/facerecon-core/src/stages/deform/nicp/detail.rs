@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::super::DeformError;
 use super::matching::{Found, Gate, Matcher, Point, covered_area, plane_rms};
-use super::plate::Laplacian;
+use super::plate::{Laplacian, place};
 use super::{NicpParams, layers};
 use crate::data::{Mesh, Topology};
 use crate::math::Vec3;
@@ -33,6 +33,7 @@ pub(super) fn refine(
     let base = mesh.clone();
     let normals = base.vertex_normals();
     let laplacian = Laplacian::new(&base);
+    let columns = laplacian.columns();
     let topology = Topology::new(&base);
     let mut height = vec![0.0; base.vertices.len()];
     let (mut rms, mut found) = (0.0, Vec::new());
@@ -47,7 +48,7 @@ pub(super) fn refine(
         counted.flat_map(|f| f.corners).for_each(|v| measured[v] = true);
         let active = widened(&measured, &topology, MARGIN);
         let length = smoothing * params.detail_mm;
-        let system = System::new(&base, &normals, &laplacian, &found, &active, length);
+        let system = System::new(&base, &normals, &laplacian, &columns, &found, &active, length);
         system.solve(&mut height);
         if !height.iter().all(|h| h.is_finite()) {
             return Err(DeformError::Plate { reason: "the detail step is not finite".to_owned() });
@@ -57,7 +58,7 @@ pub(super) fn refine(
         }
         rms = note(plane_rms(&found, mesh))?;
     }
-    layers::keep_apart(&base, mesh, &found);
+    layers::keep_apart(&base, &normals, &topology, mesh, &found);
     Ok(rms)
 }
 
@@ -79,8 +80,8 @@ fn widened(measured: &[bool], topology: &Topology, rings: usize) -> Vec<bool> {
 struct System<'a> {
     /// Matrix of the matches, entries as in the Laplacian's rows.
     data: Vec<Vec<f64>>,
-    /// Columns of the Laplacian, entries as in its rows.
-    transposed: Vec<Vec<f64>>,
+    /// See [`Laplacian::columns`].
+    columns: &'a [Vec<f64>],
     right: Vec<f64>,
     laplacian: &'a Laplacian,
     active: &'a [bool],
@@ -92,6 +93,7 @@ impl<'a> System<'a> {
         base: &Mesh,
         normals: &[Vec3],
         laplacian: &'a Laplacian,
+        columns: &'a [Vec<f64>],
         found: &[Found],
         active: &'a [bool],
         length: f64,
@@ -114,13 +116,8 @@ impl<'a> System<'a> {
                 }
             }
         }
-        let entry = |(v, j): (usize, usize)| place(&rows[j], v).map_or(0.0, |at| rows[j][at].1);
-        let transposed = (0..rows.len())
-            .into_par_iter()
-            .map(|v| rows[v].iter().map(|&(j, _)| entry((v, j as usize))).collect())
-            .collect();
         let right = masked(right, active);
-        Self { data, transposed, right, laplacian, active, bend: length.powi(4) }
+        Self { data, columns, right, laplacian, active, bend: length.powi(4) }
     }
 
     /// The matrix times `x`, which is 0 where nothing moves.
@@ -135,7 +132,7 @@ impl<'a> System<'a> {
             if !self.active[v] {
                 return 0.0;
             }
-            let entries = rows[v].iter().zip(&self.data[v]).zip(&self.transposed[v]);
+            let entries = rows[v].iter().zip(&self.data[v]).zip(&self.columns[v]);
             entries
                 .map(|((&(j, _), d), t)| d * x[j as usize] + self.bend * t * curved[j as usize])
                 .sum()
@@ -146,7 +143,7 @@ impl<'a> System<'a> {
     fn diagonal(&self) -> Vec<f64> {
         let one = |v: usize| {
             let own = place(&self.laplacian.rows[v], v).map_or(0.0, |at| self.data[v][at]);
-            let bent: f64 = self.transposed[v].iter().map(|t| t * t).sum();
+            let bent: f64 = self.columns[v].iter().map(|t| t * t).sum();
             1e-9 + own + self.bend * bent
         };
         (0..self.active.len()).map(one).collect()
@@ -185,13 +182,4 @@ impl<'a> System<'a> {
 fn masked(mut x: Vec<f64>, active: &[bool]) -> Vec<f64> {
     x.iter_mut().zip(active).filter(|(_, a)| !**a).for_each(|(v, _)| *v = 0.0);
     x
-}
-
-/// Where the entry of a column stands in a row of the Laplacian: neighbours in order, itself last.
-fn place(row: &[(u32, f64)], column: usize) -> Option<usize> {
-    let last = row.len().checked_sub(1)?;
-    if row[last].0 as usize == column {
-        return Some(last);
-    }
-    row[..last].binary_search_by_key(&column, |r| r.0 as usize).ok()
 }

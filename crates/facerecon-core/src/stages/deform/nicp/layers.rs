@@ -28,14 +28,20 @@ struct Behind {
     thickness: f64,
 }
 
-/// Moves the side of thin parts that has fewer data out of the way of the other.
-pub(super) fn keep_apart(rest: &Mesh, bent: &mut Mesh, found: &[Found]) {
+/// Moves the side of thin parts that has fewer data out of the way of the other. `normals` and
+/// `topology` are those of the mesh at rest.
+pub(super) fn keep_apart(
+    rest: &Mesh,
+    normals: &[Vec3],
+    topology: &Topology,
+    bent: &mut Mesh,
+    found: &[Found],
+) {
     let Some(index) = SurfaceIndex::new(rest) else { return };
     let mut data = vec![0.0; rest.vertices.len()];
     for f in found {
         (0..3).for_each(|k| data[f.corners[k]] += f.weight * f.barycentric[k]);
     }
-    let normals = rest.vertex_normals();
     let behind = |v: usize| -> Option<Behind> {
         let (at, inward) = (rest.vertices[v], -normals[v]);
         let steps = (THICK_MM / STEP_MM) as usize;
@@ -65,7 +71,6 @@ pub(super) fn keep_apart(rest: &Mesh, bent: &mut Mesh, found: &[Found]) {
     if pushed.iter().all(|p| *p == 0.0) {
         return;
     }
-    let topology = Topology::new(rest);
     for _ in 0..ROUNDS {
         let last = pushed.clone();
         for (v, near) in topology.neighbours.iter().enumerate().filter(|(v, _)| data[*v] == 0.0) {
@@ -123,14 +128,15 @@ mod tests {
         let mut bent = rest.clone();
         bent.vertices[..half].iter_mut().for_each(|v| v.z -= 4.0);
         let before = bent.clone();
-        keep_apart(&rest, &mut bent, &found);
+        let (normals, topology) = (rest.vertex_normals(), Topology::new(&rest));
+        keep_apart(&rest, &normals, &topology, &mut bent, &found);
         assert_eq!(bent.vertices[..half], before.vertices[..half], "the measured side moved");
         for (front, back) in bent.vertices[..half].iter().zip(&bent.vertices[half..]) {
             assert!(front.z - back.z > 0.99 * KEPT * 3.0, "{front} {back}");
         }
         // a sheet that kept its thickness stays as it is
         let mut calm = rest.clone();
-        keep_apart(&rest, &mut calm, &found);
+        keep_apart(&rest, &normals, &topology, &mut calm, &found);
         assert_eq!(calm, rest);
     }
 }

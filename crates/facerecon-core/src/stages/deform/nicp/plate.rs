@@ -8,6 +8,7 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
+use rayon::prelude::*;
 
 use super::super::DeformError;
 use super::matching::{Found, area, covered_area};
@@ -87,6 +88,26 @@ impl Laplacian {
         }
         Self { rows, areas }
     }
+
+    /// The columns, entries in the places of the rows': whom a vertex neighbours, it is
+    /// neighboured by.
+    pub fn columns(&self) -> Vec<Vec<f64>> {
+        let entry = |row: u32, column: usize| {
+            let row = &self.rows[row as usize];
+            place(row, column).map_or(0.0, |at| row[at].1)
+        };
+        let column = |v: usize| self.rows[v].iter().map(|&(j, _)| entry(j, v)).collect();
+        (0..self.rows.len()).into_par_iter().map(column).collect()
+    }
+}
+
+/// Where the entry of a column stands in a row of the Laplacian: neighbours in order, itself last.
+pub(super) fn place(row: &[(u32, f64)], column: usize) -> Option<usize> {
+    let last = row.len().checked_sub(1)?;
+    if row[last].0 as usize == column {
+        return Some(last);
+    }
+    row[..last].binary_search_by_key(&column, |r| r.0 as usize).ok()
 }
 
 /// The bending system of one mesh, factored anew for each set of matches.
