@@ -9,10 +9,10 @@ mod truth;
 use std::path::PathBuf;
 
 use facerecon_core::io::capture::read_capture;
-use facerecon_core::params::Params;
+use facerecon_core::pipeline::Params;
 use facerecon_core::pipeline::reconstruct;
 use facerecon_core::render::Frame;
-use facerecon_core::{result, template};
+use facerecon_core::{output, template};
 
 #[test]
 fn facebuilder_matches_the_face_of_every_capture() {
@@ -41,7 +41,7 @@ fn facebuilder_matches_the_face_of_every_capture() {
             }
         };
         let dots = truth::face_dots(&path);
-        let score = truth::score(&dots, &result::match_rows(&found, Frame::Camera));
+        let score = truth::score(&dots, &output::match_rows(&found, Frame::Camera));
         let far = truth::distances(&dots, &found.mesh_in(Frame::Camera)).median_mm;
         let said = format!(
             "{name}: {:.1} % of the face's dots matched, {:.2} % wrong, surface {far:.2} mm",

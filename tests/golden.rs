@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 use facerecon_core::data::{Capture, Cloud, FEATURES, Pair};
 use facerecon_core::io;
 use facerecon_core::math::{Vec2, Vec3};
-use facerecon_core::params::Params;
+use facerecon_core::pipeline::Params;
 use facerecon_core::pipeline::{Reconstruction, reconstruct};
 use facerecon_core::render::Frame;
-use facerecon_core::{result, template};
+use facerecon_core::{output, template};
 
 /// The stored meshes hold every so many vertices.
 const STRIDE: usize = 11;
@@ -138,7 +138,7 @@ fn against_golden(name: &str, points: &[Vec3]) -> Option<String> {
 /// What is wrong with a result against the truth.
 fn against_truth(case: &Case, found: &Reconstruction) -> Vec<String> {
     let dots = truth::face_dots(&fixtures().join(case.capture));
-    let score = truth::score(&dots, &result::match_rows(found, Frame::Camera));
+    let score = truth::score(&dots, &output::match_rows(found, Frame::Camera));
     let d = truth::distances(&dots, &found.mesh_in(Frame::Camera));
     let name = &case.name;
     println!(

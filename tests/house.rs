@@ -13,10 +13,9 @@ const FLOORS: &[&[&str]] = &[
     &["data", "spatial", "observer"],
     &["io", "template", "render"],
     &["stages"],
-    &[
-        "params", "pipeline", "error", "record", "result", "batch", "demo", "pattern", "simulate",
-        "compare", "report", "check",
-    ],
+    &["pipeline"],
+    &["output", "evaluate"],
+    &["synthetic"],
 ];
 
 fn root() -> PathBuf {

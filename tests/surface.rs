@@ -12,7 +12,7 @@ mod truth;
 use cli::Bench;
 use facerecon_core::data::Topology;
 use facerecon_core::io;
-use facerecon_core::params::Params;
+use facerecon_core::pipeline::Params;
 use facerecon_core::pipeline::reconstruct;
 use facerecon_core::render::Frame;
 use facerecon_core::template;

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use facerecon_core::compare::Distances;
 use facerecon_core::data::Mesh;
+use facerecon_core::evaluate::Distances;
 use facerecon_core::io::table::MatchRow;
 use facerecon_core::math::{Vec2, Vec3};
 use facerecon_core::spatial::SurfaceIndex;

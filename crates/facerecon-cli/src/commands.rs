@@ -15,7 +15,7 @@ mod template;
 use std::path::Path;
 
 use facerecon_core::io::IoError;
-use facerecon_core::params::Params;
+use facerecon_core::pipeline::Params;
 
 use crate::args::{Cli, Command, ParamArgs, ShapeArgs};
 use crate::failure::Failure;

@@ -1,6 +1,6 @@
 //! What went wrong, as the command line says it.
 
-use facerecon_core::error::Error;
+use facerecon_core::pipeline::Error;
 
 /// Why a command failed.
 pub(crate) enum Failure {

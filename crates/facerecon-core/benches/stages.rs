@@ -6,11 +6,9 @@ use std::sync::OnceLock;
 
 use divan::Bencher;
 use facerecon_core::data::{Capture, Cloud, CloudFrame, Mesh};
-use facerecon_core::demo;
-use facerecon_core::params::Params;
-use facerecon_core::pipeline::{Reconstruction, parts, reconstruct};
+use facerecon_core::pipeline::Params;
+use facerecon_core::pipeline::{Reconstruction, reconstruct, single_stage};
 use facerecon_core::render::Frame;
-use facerecon_core::simulate::{SimulateParams, Simulated, Subject, simulate};
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::deform::{DeformInput, deform};
 use facerecon_core::stages::filter::filter;
@@ -20,6 +18,8 @@ use facerecon_core::stages::register::{RegisterInput, register};
 use facerecon_core::stages::smooth::smooth;
 use facerecon_core::stages::surface::{SurfaceInput, surface};
 use facerecon_core::stages::triangulate::triangulate;
+use facerecon_core::synthetic::demo;
+use facerecon_core::synthetic::simulate::{SimulateParams, Simulated, Subject, simulate};
 use facerecon_core::template::{self, Template};
 
 /// Widths of the photos; the number of dots grows with their area.
@@ -74,7 +74,7 @@ fn scene(width: usize) -> &'static Scene {
         let (params, template) = (Params::default(), template::built_in());
         let found = reconstruct(&capture, &template, &params, &()).expect("a face");
         let pose = found.registration.as_ref().expect("a registered face");
-        let (head, _) = parts::to_scale(&template, pose, found.metric);
+        let (head, _) = single_stage::to_scale(&template, pose, found.metric);
         let registered = found.cloud.transformed(&found.model_from_camera);
         Scene { capture, params, template, found, head, registered }
     })
@@ -95,14 +95,14 @@ fn b_filter(bencher: Bencher<'_, '_>, width: usize) {
 #[divan::bench(args = WIDTHS, sample_count = 5)]
 fn c_detect(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
-    bencher.bench(|| parts::dots(&s.capture.left.gray, &s.params, &()));
+    bencher.bench(|| single_stage::dots(&s.capture.left.gray, &s.params, &()));
 }
 
 /// Both photos rectified, their dots found and matched.
 #[divan::bench(args = WIDTHS, sample_count = 5)]
 fn d_rectify_detect_correspond(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
-    bencher.bench(|| parts::find_matches(&s.capture, &s.params, &()));
+    bencher.bench(|| single_stage::find_matches(&s.capture, &s.params, &()));
 }
 
 #[divan::bench(args = WIDTHS, sample_count = 5)]
@@ -110,7 +110,7 @@ fn e_refine(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
     let level = rectify(&s.capture, &s.params.rectify, &()).expect("level photos");
     let rig = level.rectification.rig.as_ref();
-    let matches = parts::find_matches(&s.capture, &s.params, &()).expect("matches").matches;
+    let matches = single_stage::find_matches(&s.capture, &s.params, &()).expect("matches").matches;
     bencher.bench(|| refine(&level.left, &level.right, rig, &matches, &s.params.refine, &()));
 }
 
@@ -157,7 +157,7 @@ fn i_smooth(bencher: Bencher<'_, '_>, width: usize) {
 fn j_texture(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
     let mesh = s.found.mesh_in(Frame::Camera);
-    bencher.bench(|| parts::texture_mesh(&s.capture, &mesh, &s.params, &()));
+    bencher.bench(|| single_stage::texture_mesh(&s.capture, &mesh, &s.params, &()));
 }
 
 #[divan::bench(args = WIDTHS, sample_count = 5)]

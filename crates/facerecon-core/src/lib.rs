@@ -10,25 +10,17 @@
 //! 7. deform, smooth: bend the generic head to the points,
 //! 8. texture: colour it from the photos without the pattern.
 
-pub mod batch;
 pub mod camera;
-pub mod check;
-pub mod compare;
 pub mod data;
-pub mod demo;
-pub mod error;
+pub mod evaluate;
 pub mod io;
 pub mod math;
 pub mod observer;
-pub mod params;
-pub mod pattern;
+pub mod output;
 pub mod pipeline;
-pub mod record;
 pub mod render;
-pub mod report;
-pub mod result;
 pub mod settings;
-pub mod simulate;
 pub mod spatial;
 pub mod stages;
+pub mod synthetic;
 pub mod template;

@@ -60,6 +60,11 @@ pub enum Artifact<'a> {
     Mesh(&'a Mesh),
 }
 
+/// The observer asked to stop the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the run was cancelled")]
+pub struct Cancelled;
+
 /// Receives what the stages report; every method has an empty default, and `()` observes nothing.
 /// Stages call it on the calling thread only.
 pub trait Observer {
@@ -70,6 +75,17 @@ pub trait Observer {
     /// Whether the run should stop; polled in outer loops.
     fn cancelled(&self) -> bool {
         false
+    }
+    /// Ends the caller when the run should stop: `observer.check()?`.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when [`Observer::cancelled`] is true.
+    fn check(&self) -> Result<(), Cancelled> {
+        if self.cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+    /// Reports something the user should know, with figures and what to do.
+    fn warn(&self, stage: &str, message: &str) {
+        self.event(&Event::Warning { stage, message });
     }
 }
 

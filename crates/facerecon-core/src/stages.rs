@@ -1,9 +1,11 @@
 //! The stages, one file each; none imports another. Floor 3.
 
 pub mod cameras;
+pub mod check;
 pub mod correspond;
 pub mod deform;
 pub mod detect;
+mod error;
 pub mod filter;
 pub mod rectify;
 pub mod refine;
@@ -12,3 +14,5 @@ pub mod smooth;
 pub mod surface;
 pub mod texture;
 pub mod triangulate;
+
+pub use error::{ErrorKind, StageError};

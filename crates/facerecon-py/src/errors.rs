@@ -2,10 +2,7 @@
 
 use std::error::Error as _;
 
-use facerecon_core::compare::CompareError;
-use facerecon_core::error::Error;
-use facerecon_core::pattern::PatternError;
-use facerecon_core::simulate::SimulateError;
+use facerecon_core::pipeline::Error;
 use pyo3::prelude::*;
 
 /// The exception for an error: its class by the stage, its message with all causes.
@@ -38,27 +35,27 @@ fn make(py: Python<'_>, class: &str, message: &str, stage: &str, hint: Option<&s
 
 fn class(error: &Error) -> &'static str {
     match error {
-        Error::Settings(_)
-        | Error::Simulate(SimulateError::Settings(_))
-        | Error::Pattern(PatternError::Settings(_))
-        | Error::Compare(CompareError::Settings(_)) => "ParameterError",
+        Error::Settings(_) => "ParameterError",
         Error::File(_) => "FileError",
-        Error::Rectify(_) => "RectifyError",
-        Error::Filter(_) => "FilterError",
-        Error::Detect(_) => "DetectError",
-        Error::Correspond(_) => "CorrespondError",
-        Error::Refine(_) => "RefineError",
-        Error::Triangulate(_) => "TriangulateError",
-        Error::Register(_) => "RegisterError",
-        Error::Deform(_) => "DeformError",
-        Error::Smooth(_) => "SmoothError",
-        Error::Surface(_) => "SurfaceError",
-        Error::Texture(_) => "TextureError",
-        Error::Render(_) => "RenderError",
-        Error::Pattern(_) => "PatternError",
-        Error::Simulate(_) => "SimulateError",
-        Error::Compare(_) => "CompareError",
         Error::Template(_) => "TemplateError",
+        Error::Render(_) => "RenderError",
         Error::Input(_) => "InputError",
+        Error::Stage { stage, .. } => match *stage {
+            "rectify" => "RectifyError",
+            "filter" => "FilterError",
+            "detect" => "DetectError",
+            "correspond" => "CorrespondError",
+            "refine" => "RefineError",
+            "triangulate" => "TriangulateError",
+            "register" => "RegisterError",
+            "deform" => "DeformError",
+            "smooth" => "SmoothError",
+            "surface" => "SurfaceError",
+            "texture" => "TextureError",
+            "pattern" => "PatternError",
+            "simulate" => "SimulateError",
+            "compare" => "CompareError",
+            _ => "InputError",
+        },
     }
 }

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use facerecon_core::check::{CheckParams, check as run_check};
-use facerecon_core::compare::{CompareParams, Side, compare as run_compare};
-use facerecon_core::demo::person;
-use facerecon_core::error::Error;
-use facerecon_core::pattern::{PatternParams, pattern_image};
+use facerecon_core::evaluate::{CompareParams, Side, compare as run_compare};
+use facerecon_core::pipeline::Error;
 use facerecon_core::render::{Heat, Mode, Scene, View, contact_sheet};
-use facerecon_core::simulate::{
+use facerecon_core::stages::check::{CheckParams, check as run_check};
+use facerecon_core::synthetic::demo::person;
+use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
+use facerecon_core::synthetic::simulate::{
     SimulateParams, Simulated, Subject, simulate as take_photos, write_simulated,
 };
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray3};

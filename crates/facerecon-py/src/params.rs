@@ -1,6 +1,6 @@
 //! Parameters: the core's own struct, and those of the makers.
 
-use facerecon_core::params::Params as CoreParams;
+use facerecon_core::pipeline::Params as CoreParams;
 use facerecon_core::settings::{self, SettingsError, Value};
 use pyo3::prelude::*;
 use serde::Serialize;

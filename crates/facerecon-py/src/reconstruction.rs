@@ -3,16 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use facerecon_core::batch::{self, Outcome};
 use facerecon_core::data::Capture as CoreCapture;
-use facerecon_core::error::Error;
 use facerecon_core::math::Similarity;
 use facerecon_core::observer::Observer;
+use facerecon_core::output::batch::{self, Outcome};
+use facerecon_core::output::{Kept, Record, Recorder};
+use facerecon_core::pipeline::Error;
 use facerecon_core::pipeline::{Reconstruction as Found, reconstruct as run_pipeline};
-use facerecon_core::record::{Kept, Record, Recorder};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template as CoreTemplate;
-use facerecon_core::{report, result, template};
+use facerecon_core::{
+    output::{self, report},
+    template,
+};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -95,7 +98,7 @@ impl Reconstruction {
     }
 
     fn matches<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<MatchesOut<'py>> {
-        matches_out(py, &result::match_rows(&self.found, frame_named(py, frame)?))
+        matches_out(py, &output::match_rows(&self.found, frame_named(py, frame)?))
     }
 
     fn depth<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray2<u8>>; 2]> {
@@ -110,7 +113,7 @@ impl Reconstruction {
 
     /// The facts of `result.json`.
     fn json(&self) -> String {
-        self.found.to_json().to_string()
+        output::result_json(&self.found).to_string()
     }
 
     fn summary(&self) -> Vec<String> {
@@ -130,7 +133,14 @@ impl Reconstruction {
     ) -> PyResult<()> {
         let frame = frame_named(py, frame)?;
         watched(py, None, |_| {
-            result::write(&folder, &self.capture, &self.found, &self.record, frame, keep_stages)
+            output::write_result(
+                &folder,
+                &self.capture,
+                &self.found,
+                &self.record,
+                frame,
+                keep_stages,
+            )
         })
     }
 
@@ -181,10 +191,10 @@ fn find_matches<'py>(
 ) -> PyResult<(MatchesOut<'py>, [usize; 2], Vec<String>)> {
     let (photos, params) = (&capture.capture, &params.0);
     let found = watched(py, callback, |watch| {
-        facerecon_core::pipeline::parts::find_matches(photos, params, watch)
+        facerecon_core::pipeline::single_stage::find_matches(photos, params, watch)
     })?;
     let same = Similarity::identity();
-    let rows = result::table(&found.matches, &found.rectification, &[], &same);
+    let rows = output::matches_table(&found.matches, &found.rectification, &[], &same);
     Ok((matches_out(py, &rows)?, found.dots, found.warnings))
 }
 

@@ -1,10 +1,10 @@
 //! Single stages on arrays.
 
 use facerecon_core::data::{Cloud, CloudFrame, Gray};
-use facerecon_core::error::Error;
 use facerecon_core::math::Vec3;
 use facerecon_core::observer::Observer;
-use facerecon_core::pipeline::parts;
+use facerecon_core::pipeline::Error;
+use facerecon_core::pipeline::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::deform::{DeformInput, deform as run_deform};
 use facerecon_core::stages::detect::{DetectMethod, DetectParams, detect as run_detect};
@@ -91,7 +91,7 @@ fn detect<'py>(
             let thin = DetectParams { method: DetectMethod::Thin, ..params.detect.clone() };
             Ok(run_detect(&image, &thin, watch)?)
         } else {
-            parts::dots(&image, params, watch)
+            single_stage::dots(&image, params, watch)
         }
     })?;
     let column = |f: fn(&facerecon_core::data::Dot) -> f64| {
@@ -145,7 +145,7 @@ fn triangulate<'py>(
     let pairs: Vec<_> = pixels(&left, "left")?.into_iter().zip(pixels(&right, "right")?).collect();
     let (photos, params) = (&capture.capture, &params.0);
     let done = watched(py, None, |watch| {
-        parts::triangulate_photo_pairs(photos, &pairs, &template::built_in(), params, watch)
+        single_stage::triangulate_photo_pairs(photos, &pairs, &template::built_in(), params, watch)
     })?;
     Ok((cloud_out(py, done.cloud)?, done.frame.is_metric()))
 }
@@ -240,7 +240,7 @@ fn surface<'py>(
 ) -> PyResult<(MeshOut<'py>, bool)> {
     let (photos, params) = (&capture.capture, &params.0);
     let done = watched(py, callback, |watch| {
-        parts::measure_surface(photos, &template::built_in(), params, watch)
+        single_stage::measure_surface(photos, &template::built_in(), params, watch)
     })?;
     Ok((mesh_out(py, done.mesh)?, done.metric))
 }
@@ -272,7 +272,7 @@ fn texture<'py>(
 ) -> PyResult<TextureOut<'py>> {
     let face = mesh(&parts)?;
     let (photos, params) = (&capture.capture, &params.0);
-    let work = |watch: &dyn Observer| parts::texture_mesh(photos, &face, params, watch);
+    let work = |watch: &dyn Observer| single_stage::texture_mesh(photos, &face, params, watch);
     let made = staged(py, callback, "texture", work)?;
     Ok((rgb_out(py, made.image)?, raster_out(py, made.coverage)?))
 }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use facerecon_core::batch::{self, Outcome, Status};
-use facerecon_core::error::Error;
 use facerecon_core::io::{self, IoError};
+use facerecon_core::output::batch::{self, Outcome, Status};
+use facerecon_core::pipeline::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;

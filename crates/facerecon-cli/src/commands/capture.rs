@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use facerecon_core::check::{self, Verdict};
 use facerecon_core::io::capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture_with,
 };
 use facerecon_core::io::{IoError, atomic};
+use facerecon_core::stages::check::{self, Verdict};
 use serde_json::json;
 
 use super::to_json;

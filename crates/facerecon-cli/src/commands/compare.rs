@@ -1,6 +1,6 @@
 //! `facerecon compare`.
 
-use facerecon_core::compare::{self, Both, CompareParams, Comparison, Side};
+use facerecon_core::evaluate::{Both, CompareParams, Comparison, Side};
 use facerecon_core::io;
 
 use super::to_json;
@@ -12,7 +12,7 @@ use crate::output::Terminal;
 pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Failure> {
     let a = io::read_mesh(&args.a)?;
     let b = io::read_mesh(&args.b)?;
-    let found = compare::compare(
+    let found = facerecon_core::evaluate::compare(
         &Side::whole(&a.mesh),
         &Side::whole(&b.mesh),
         &CompareParams::default(),

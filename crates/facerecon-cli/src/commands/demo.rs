@@ -1,9 +1,9 @@
 //! `facerecon demo`.
 
 use facerecon_core::observer::Observer;
-use facerecon_core::record::Recorder;
+use facerecon_core::output::Recorder;
 use facerecon_core::render::Frame;
-use facerecon_core::{demo as core_demo, io, result};
+use facerecon_core::{io, output, synthetic::demo as core_demo};
 use serde_json::json;
 
 use super::{free_folder, load_params_of, reconstruct, to_json};
@@ -21,8 +21,8 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
     let made = core_demo::demo(args.subject, &params, &[&progress as &dyn Observer, &recorder])?;
     drop(progress);
     let folder = &args.output;
-    facerecon_core::simulate::write_simulated(&folder.join("capture"), &made.simulated)?;
-    result::write(
+    facerecon_core::synthetic::simulate::write_simulated(&folder.join("capture"), &made.simulated)?;
+    output::write_result(
         folder,
         &made.simulated.capture,
         &made.found,
@@ -40,7 +40,7 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
     terminal
         .say(format!("wrote {0}; look at {0}/report.html and {0}/picture.png", folder.display()));
     if terminal.json {
-        let mut facts = made.found.to_json();
+        let mut facts = output::result_json(&made.found);
         facts["error_mm"] = json!(error);
         terminal.result(&to_json(&facts));
     }

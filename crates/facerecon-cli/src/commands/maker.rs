@@ -1,9 +1,11 @@
 //! `facerecon pattern`, `facerecon simulate`.
 
-use facerecon_core::pattern::{PatternParams, pattern_image};
 use facerecon_core::settings::{self, SettingsError, Value};
-use facerecon_core::simulate::{SimulateParams, Subject, simulate as take_photos, write_simulated};
-use facerecon_core::{demo, io};
+use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
+use facerecon_core::synthetic::simulate::{
+    SimulateParams, Subject, simulate as take_photos, write_simulated,
+};
+use facerecon_core::{io, synthetic::demo};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

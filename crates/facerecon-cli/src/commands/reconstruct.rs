@@ -2,12 +2,12 @@
 
 use facerecon_core::data::Capture;
 use facerecon_core::observer::Observer;
-use facerecon_core::params::Params;
+use facerecon_core::output::{self, report};
+use facerecon_core::output::{Record, Recorder};
+use facerecon_core::pipeline::Params;
 use facerecon_core::pipeline::{Reconstruction, reconstruct as run_pipeline};
-use facerecon_core::record::{Record, Recorder};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
-use facerecon_core::{report, result};
 
 use super::{capture, free_folder, load_params_of, template, to_json};
 use crate::args::{FrameArg, ReconstructArgs};
@@ -23,7 +23,7 @@ pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result
     let head = template::load(&args.template, terminal)?;
     let (mut found, record) = watched(&loaded.capture, &head, &params, terminal)?;
     found.warnings.splice(0..0, loaded.warnings);
-    result::write(
+    output::write_result(
         &args.output,
         &loaded.capture,
         &found,
@@ -34,7 +34,7 @@ pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result
     tell(&found, terminal);
     terminal.say(format!("wrote {}", args.output.display()));
     if terminal.json {
-        terminal.result(&to_json(&found.to_json()));
+        terminal.result(&to_json(&output::result_json(&found)));
     }
     Ok(())
 }

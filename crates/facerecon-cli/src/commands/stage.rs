@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use facerecon_core::data::{CloudFrame, Rgb};
-use facerecon_core::error::Error;
 use facerecon_core::math::{Similarity, Vec3};
-use facerecon_core::params::Params;
-use facerecon_core::pipeline::parts;
-use facerecon_core::report::marks;
+use facerecon_core::output::report::marks;
+use facerecon_core::pipeline::Error;
+use facerecon_core::pipeline::Params;
+use facerecon_core::pipeline::single_stage;
 use facerecon_core::stages::detect::{self, DetectMethod};
 use facerecon_core::stages::filter;
 use facerecon_core::stages::register::RegisterInput;
@@ -15,7 +15,7 @@ use facerecon_core::stages::{
     deform as deform_stage, register as register_stage, smooth as smooth_stage,
 };
 use facerecon_core::template::Template;
-use facerecon_core::{io, result};
+use facerecon_core::{io, output};
 use serde::{Deserialize, Deserializer};
 use serde_json::json;
 
@@ -54,7 +54,7 @@ pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failu
     let params = load_params(&args.params)?;
     args.picture.as_deref().map_or(Ok(()), named_png)?;
     let photo = io::image::read_photo(&args.image)?;
-    let found = parts::dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
+    let found = single_stage::dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
     if let Some(path) = &args.output {
         io::table::write_dots(path, &found.dots)?;
         terminal.say(format!("wrote {}", path.display()));
@@ -79,8 +79,10 @@ pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failu
 pub(super) fn find_matches(args: &StageArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let loaded = capture::read(&args.capture)?;
-    let found = parts::find_matches(&loaded.capture, &params, &Progress::new(terminal.quiet))?;
-    let rows = result::table(&found.matches, &found.rectification, &[], &Similarity::identity());
+    let found =
+        single_stage::find_matches(&loaded.capture, &params, &Progress::new(terminal.quiet))?;
+    let rows =
+        output::matches_table(&found.matches, &found.rectification, &[], &Similarity::identity());
     io::table::write_matches(&args.output, &rows)?;
     for warning in loaded.warnings.iter().chain(&found.warnings) {
         terminal.warning(warning);
@@ -103,7 +105,7 @@ pub(super) fn triangulate(args: &TriangulateArgs, terminal: &Terminal) -> Result
     let head = template::load(&args.template, terminal)?;
     let rows = io::table::read_matches(&args.matches)?;
     let pairs: Vec<_> = rows.iter().map(|r| (r.left, r.right)).collect();
-    let points = parts::triangulate_photo_pairs(&capture, &pairs, &head, &params, &())?;
+    let points = single_stage::triangulate_photo_pairs(&capture, &pairs, &head, &params, &())?;
     let frame =
         if points.frame.is_metric() { "camera frame, mm" } else { "model units: no calibration" };
     io::ply::write_cloud(&args.output, &points.cloud, frame)?;
@@ -123,11 +125,11 @@ pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), F
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
-        features: &parts::feature_points(&features, &head),
+        features: &single_stage::feature_points(&features, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
     let pose = register_stage::register(&input, &params.register, &Progress::new(terminal.quiet))?;
-    let (_, model_from_data) = parts::to_scale(&head, &pose, !args.model_units);
+    let (_, model_from_data) = single_stage::to_scale(&head, &pose, !args.model_units);
     io::ply::write_cloud(&args.output, &cloud.transformed(&model_from_data), "model frame")?;
     let facts = json!({
         "model_from_data": model_from_data.to_rows(),
@@ -171,7 +173,7 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         template: &mesh,
         data: &cloud,
         assignments: &assignments,
-        features: &parts::feature_goals(&features, &head, &pose.model_from_data),
+        features: &single_stage::feature_goals(&features, &head, &pose.model_from_data),
     };
     let bent = deform_stage::deform(&input, &params.deform, &Progress::new(terminal.quiet))?;
     io::write_mesh(&args.output, &bent.mesh, None)?;
@@ -195,7 +197,7 @@ pub(super) fn surface(args: &SurfaceArgs, terminal: &Terminal) -> Result<(), Fai
     let loaded = capture::read(&args.capture)?;
     let head = template::load(&args.template, terminal)?;
     let progress = Progress::new(terminal.quiet);
-    let found = parts::measure_surface(&loaded.capture, &head, &params, &progress)?;
+    let found = single_stage::measure_surface(&loaded.capture, &head, &params, &progress)?;
     drop(progress);
     let mesh = &found.mesh;
     io::write_mesh(&args.output, mesh, None)?;
@@ -213,7 +215,7 @@ pub(super) fn smooth(args: &SmoothArgs, terminal: &Terminal) -> Result<(), Failu
     // smoothing nothing would be an odd thing to be asked for: the thesis's way is the default here
     let mut params = load_params(&args.params)?;
     if args.params.profile.is_none() && params.smooth == Params::default().smooth {
-        params.smooth = Params::of(facerecon_core::params::Profile::Facebuilder).smooth;
+        params.smooth = Params::of(facerecon_core::pipeline::Profile::Facebuilder).smooth;
     }
     let loaded = io::read_mesh(&args.mesh)?;
     // nothing tells what was measured: the whole mesh keeps its bounds
@@ -235,7 +237,7 @@ pub(super) fn texture(args: &TextureArgs, terminal: &Terminal) -> Result<(), Fai
         None => loaded.mesh.clone(),
     };
     let progress = Progress::new(terminal.quiet);
-    let made = parts::texture_mesh(&capture, &before_cameras, &params, &progress)?;
+    let made = single_stage::texture_mesh(&capture, &before_cameras, &params, &progress)?;
     io::write_mesh(&args.output, &loaded.mesh, Some(&made.image))?;
     terminal.wrote(&[&args.output], json!({ "texture_px": made.image.width() }));
     Ok(())
@@ -250,7 +252,7 @@ fn features(
     match capture {
         Some(path) => {
             let capture = io::capture::read_capture(path)?.capture;
-            Ok(parts::features(&capture, head, params)?)
+            Ok(single_stage::features(&capture, head, params)?)
         }
         None => Ok(Vec::new()),
     }

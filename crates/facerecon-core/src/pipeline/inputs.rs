@@ -3,9 +3,9 @@
 use super::run::Run;
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
 use crate::data::{Capture, Cloud, Gray, Match, Mesh, Pair, Photo, Rgb, Seeds};
-use crate::error::Error;
 use crate::math::{Similarity, Vec3};
-use crate::params::Params;
+use crate::pipeline::Error;
+use crate::pipeline::Params;
 use crate::spatial::PointIndex;
 use crate::stages::cameras::estimate_cameras;
 use crate::stages::correspond::{CorrespondInput, Correspondence};

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::error::Error;
 use crate::observer::{Artifact, Event, Observer};
+use crate::pipeline::Error;
 
 /// An observer of one photo: what it is shown carries the side's name.
 pub(super) struct OfSide<'a> {

@@ -4,10 +4,10 @@ use super::inputs::{self, Points};
 use super::run::Run;
 use crate::camera::RectifiedRig;
 use crate::data::{CloudFrame, Landmarks, Match, Mesh};
-use crate::error::Error;
 use crate::math::{Mat3, Similarity, Vec2, Vec3, median};
 use crate::observer::{Artifact, Observer};
-use crate::params::Params;
+use crate::pipeline::Error;
+use crate::pipeline::Params;
 use crate::spatial::SurfaceIndex;
 use crate::stages::deform::{DeformInput, deform};
 use crate::stages::refine::Refined;
@@ -110,8 +110,7 @@ pub(super) fn measured(
 ) -> Result<Shape, Error> {
     let pose = match pose {
         Ok(pose) => Some(pose),
-        Err(Error::Register(RegisterError::Settings(error))) => return Err(error.into()),
-        Err(error @ Error::Register(_)) if !error.is_cancelled() => {
+        Err(error) if error.stage_error::<RegisterError>().is_some() && !error.is_cancelled() => {
             run.warn(&[format!(
                 "the surface is not in the frame of the generic head, but turned to look at the \
                  viewer as the left camera sees it, its middle at the origin: {error}"

@@ -11,7 +11,8 @@ pub use stripes::{StripesParams, correspond_stripes};
 
 use crate::camera::RectifiedRig;
 use crate::data::{Dot, Gray, Match, Pattern, Seeds};
-use crate::observer::{Event, Observer};
+use crate::observer::{Cancelled, Event, Observer};
+use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
 choices! {
@@ -64,7 +65,7 @@ settings! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrespondError {
     /// A photo without dots.
-    #[error("correspond: the {photo} photo has no dots; check the photos and the detection")]
+    #[error("the {photo} photo has no dots; check the photos and the detection")]
     NoDots {
         /// `left` or `right`.
         photo: &'static str,
@@ -76,7 +77,7 @@ pub enum CorrespondError {
     NoSeeds,
     /// A mark that is on no dot.
     #[error(
-        "correspond: seed {seed} lies {distance_px:.1} px from the nearest dot of the {photo} photo, more than {allowed_px:.1} px; mark the middle of a dot"
+        "seed {seed} lies {distance_px:.1} px from the nearest dot of the {photo} photo, more than {allowed_px:.1} px; mark the middle of a dot"
     )]
     SeedOffDot {
         /// `head`, `left_ear` or `right_ear`.
@@ -90,7 +91,7 @@ pub enum CorrespondError {
     },
     /// A marked pair whose rows differ.
     #[error(
-        "correspond: seed {seed} is {rows_px:.1} px higher or lower in the right photo than in the left, more than {allowed_px:.1} px; mark the same dot in both photos, and see that the photos' rows are level (give the calibration)"
+        "seed {seed} is {rows_px:.1} px higher or lower in the right photo than in the left, more than {allowed_px:.1} px; mark the same dot in both photos, and see that the photos' rows are level (give the calibration)"
     )]
     SeedRows {
         /// `head`, `left_ear` or `right_ear`.
@@ -102,7 +103,7 @@ pub enum CorrespondError {
     },
     /// Too few matches.
     #[error(
-        "correspond: {got} matches found among {left} dots in the left and {right} in the right photo, at least {needed} are needed; check the marked pairs, and that both photos show the same pattern on the same face"
+        "{got} matches found among {left} dots in the left and {right} in the right photo, at least {needed} are needed; check the marked pairs, and that both photos show the same pattern on the same face"
     )]
     TooFewMatches {
         /// Matches found.
@@ -116,7 +117,7 @@ pub enum CorrespondError {
     },
     /// A pattern of no dots, or a spacing that is no length.
     #[error(
-        "correspond: a pattern of {columns} columns, {rows} rows and a spacing of {spacing_px} px cannot be matched"
+        "a pattern of {columns} columns, {rows} rows and a spacing of {spacing_px} px cannot be matched"
     )]
     Pattern {
         /// Columns given.
@@ -128,7 +129,7 @@ pub enum CorrespondError {
     },
     /// Dots in no order.
     #[error(
-        "correspond: only {labelled} dots of the {photo} photo stand in a lattice; is this the photo with the dot pattern, and is it sharp? A lattice turned by about 45 degrees needs pattern.rotation in capture.toml"
+        "only {labelled} dots of the {photo} photo stand in a lattice; is this the photo with the dot pattern, and is it sharp? A lattice turned by about 45 degrees needs pattern.rotation in capture.toml"
     )]
     NoLattice {
         /// `left` or `right`.
@@ -138,7 +139,7 @@ pub enum CorrespondError {
     },
     /// The absolute place of the lattice stays open.
     #[error(
-        "correspond: ambiguous by a lattice period, {means}: the best place fits only {confidence:.2} times better than the next, {needed:.2} is needed; add the pair without the pattern, one marked pair ([seeds]), the calibration, or use a rotated pattern"
+        "ambiguous by a lattice period, {means}: the best place fits only {confidence:.2} times better than the next, {needed:.2} is needed; add the pair without the pattern, one marked pair ([seeds]), the calibration, or use a rotated pattern"
     )]
     Ambiguous {
         /// What the wrong choice would mean.
@@ -148,10 +149,15 @@ pub enum CorrespondError {
         /// Ratio needed.
         needed: f64,
     },
-    /// Stopped by the observer.
-    #[error("correspond: cancelled")]
-    Cancelled,
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(CorrespondError, "correspond");
 
 /// What the correspondence is found from; all in rectified pixels.
 #[derive(Clone, Copy, Debug)]
@@ -195,6 +201,7 @@ pub fn correspond(
     params: &CorrespondParams,
     observer: &dyn Observer,
 ) -> Result<Correspondence, CorrespondError> {
+    params.check("correspond", None)?;
     for (photo, dots) in [("left", input.left), ("right", input.right)] {
         if dots.is_empty() {
             return Err(CorrespondError::NoDots { photo });

@@ -8,7 +8,7 @@ mod rbf_linear;
 
 use crate::data::{Cloud, Mesh, MeshError};
 use crate::math::Vec3;
-use crate::observer::Observer;
+use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 
 pub use nicp::NicpParams;
@@ -134,10 +134,12 @@ pub enum DeformError {
     /// A parameter outside its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(DeformError, "deform");
 
 /// Bends the generic head to the points.
 ///
@@ -150,9 +152,7 @@ pub fn deform(
 ) -> Result<Deformed, DeformError> {
     params.check("deform", None)?;
     input.template.validate()?;
-    if observer.cancelled() {
-        return Err(DeformError::Cancelled);
-    }
+    observer.check()?;
     for list in [input.assignments, input.features] {
         check_goals(list, input.template.vertices.len())?;
     }

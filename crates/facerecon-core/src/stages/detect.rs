@@ -11,7 +11,8 @@ pub use thin::{Thinned, thin};
 
 use crate::data::{Dot, Gray};
 use crate::math::{Vec2, median};
-use crate::observer::{Artifact, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
+use crate::settings::{SettingsError, Value};
 use crate::spatial::PointIndex;
 use crate::{choices, settings};
 
@@ -54,7 +55,7 @@ settings! {
 pub enum DetectError {
     /// Too few dots.
     #[error(
-        "detect: {got} dots found, at least {needed} are needed; is this the photo with the pattern, and is it sharp? For the thesis's way try another filter.threshold or filter.level"
+        "{got} dots found, at least {needed} are needed; is this the photo with the pattern, and is it sharp? For the thesis's way try another filter.threshold or filter.level"
     )]
     TooFewDots {
         /// Dots found.
@@ -63,17 +64,22 @@ pub enum DetectError {
         needed: usize,
     },
     /// No pixels.
-    #[error("detect: the photo has no pixels ({width}x{height})")]
+    #[error("the photo has no pixels ({width}x{height})")]
     Empty {
         /// Width found.
         width: usize,
         /// Height found.
         height: usize,
     },
-    /// Stopped by the observer.
-    #[error("detect: cancelled")]
-    Cancelled,
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(DetectError, "detect");
 
 /// The dots of one photo.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,13 +105,12 @@ pub fn detect(
     params: &DetectParams,
     observer: &dyn Observer,
 ) -> Result<Detection, DetectError> {
+    params.check("detect", None)?;
     let (width, height) = image.size();
     if width == 0 || height == 0 {
         return Err(DetectError::Empty { width, height });
     }
-    if observer.cancelled() {
-        return Err(DetectError::Cancelled);
-    }
+    observer.check()?;
     let (dots, spacing_px, thinned) = match params.method {
         DetectMethod::Thin => {
             let Thinned { dots, image } = thin(image, params);

@@ -16,7 +16,8 @@ pub use sharpen::{blur, sharpen};
 pub use threshold::{otsu_level, threshold_fixed, threshold_local};
 
 use crate::data::Gray;
-use crate::observer::{Artifact, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
+use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
 choices! {
@@ -77,7 +78,7 @@ settings! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilterError {
     /// No pixels.
-    #[error("filter: the photo has no pixels ({width}x{height})")]
+    #[error("the photo has no pixels ({width}x{height})")]
     Empty {
         /// Width found.
         width: usize,
@@ -99,17 +100,22 @@ pub enum FilterError {
         got: f64,
     },
     /// A pixel that is not a number.
-    #[error("filter: the photo's pixel ({x}, {y}) is not a finite number")]
+    #[error("the photo's pixel ({x}, {y}) is not a finite number")]
     NotFinite {
         /// Column.
         x: usize,
         /// Row.
         y: usize,
     },
-    /// Stopped by the observer.
-    #[error("filter: cancelled")]
-    Cancelled,
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(FilterError, "filter");
 
 /// The photo after each step; all of the photo's size, 0 to 255.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,11 +137,10 @@ pub fn filter(
     params: &FilterParams,
     observer: &dyn Observer,
 ) -> Result<Filtered, FilterError> {
+    params.check("filter", None)?;
     validate(image)?;
     let equalized = equalize(image, params);
-    if observer.cancelled() {
-        return Err(FilterError::Cancelled);
-    }
+    observer.check()?;
     let source = equalized.as_ref().unwrap_or(image);
     let sharpened = sharpen(&blur(source, params.smooth_px), &params.kernel)?;
     let sum: f64 = params.kernel.iter().sum();
@@ -146,9 +151,7 @@ pub fn filter(
         );
         observer.event(&Event::Warning { stage: "filter", message: &message });
     }
-    if observer.cancelled() {
-        return Err(FilterError::Cancelled);
-    }
+    observer.check()?;
     let binary = threshold(&sharpened, params);
     if let Some(equalized) = &equalized {
         observer.artifact("filter", "equalized", Artifact::Gray(equalized));

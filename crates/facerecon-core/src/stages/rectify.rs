@@ -12,8 +12,9 @@ pub use warp::{warp, warp_rgb};
 
 use crate::camera::{Rectification, RigError, View};
 use crate::data::{Capture, Gray, PatternKind, Photo, Rgb};
-use crate::observer::{Artifact, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings;
+use crate::settings::{SettingsError, Value};
 
 settings! {
     /// Rectification of the photos.
@@ -31,7 +32,7 @@ settings! {
 pub enum RectifyError {
     /// A photo of another size than the left one.
     #[error(
-        "rectify: the {photo} photo is {got_width}x{got_height}, but the left photo is {width}x{height}; all photos of a capture must have one size"
+        "the {photo} photo is {got_width}x{got_height}, but the left photo is {width}x{height}; all photos of a capture must have one size"
     )]
     Sizes {
         /// Which photo.
@@ -46,14 +47,14 @@ pub enum RectifyError {
         height: usize,
     },
     /// Photos without pixels.
-    #[error("rectify: the photos have no pixels")]
+    #[error("the photos have no pixels")]
     Empty,
     /// A rig that cannot be used.
-    #[error("rectify: {0}")]
+    #[error("{0}")]
     Rig(#[from] RigError),
     /// A rig whose rectified pictures would be far larger than the photos.
     #[error(
-        "rectify: the rectified pictures would be {got_width}x{got_height} for photos of {width}x{height}; the calibration does not belong to these photos, or the cameras look too far apart"
+        "the rectified pictures would be {got_width}x{got_height} for photos of {width}x{height}; the calibration does not belong to these photos, or the cameras look too far apart"
     )]
     Canvas {
         /// Width of the rectified pictures.
@@ -65,10 +66,15 @@ pub enum RectifyError {
         /// Their height.
         height: usize,
     },
-    /// Stopped by the observer.
-    #[error("rectify: cancelled")]
-    Cancelled,
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(RectifyError, "rectify");
 
 /// How level the rows were found and what was done about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,6 +122,7 @@ pub fn rectify(
     params: &RectifyParams,
     observer: &dyn Observer,
 ) -> Result<Rectified, RectifyError> {
+    params.check("rectify", None)?;
     check_sizes(capture)?;
     let size = capture.left.size();
     let mut warnings = Vec::new();
@@ -127,9 +134,7 @@ pub fn rectify(
         _ => Rectification::identity(size),
     };
     check_canvas(&rectification, size)?;
-    if observer.cancelled() {
-        return Err(RectifyError::Cancelled);
-    }
+    observer.check()?;
     let mut pictures = Pictures::new(capture, &rectification);
     let mut rows = RowReport::default();
     if params.rows.measure {

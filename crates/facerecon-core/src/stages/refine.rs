@@ -25,7 +25,7 @@ mod window;
 use crate::camera::RectifiedRig;
 use crate::data::{Gray, Match};
 use crate::math::median;
-use crate::observer::{Event, Observer};
+use crate::observer::{Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
@@ -130,10 +130,12 @@ pub enum RefineError {
         /// Pixels tried.
         pixels: usize,
     },
-    /// The observer asked to stop.
-    #[error("stopped")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(RefineError, "refine");
 
 /// What was measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -242,7 +244,8 @@ pub fn refine(
 }
 
 fn stop(observer: &dyn Observer) -> Result<(), RefineError> {
-    if observer.cancelled() { Err(RefineError::Cancelled) } else { Ok(()) }
+    observer.check()?;
+    Ok(())
 }
 
 fn is_inside(m: &Match, image: &Gray) -> bool {

@@ -7,7 +7,7 @@ mod start;
 
 use crate::data::{Cloud, CloudFrame, Mesh, MeshError, Topology};
 use crate::math::{Mat3, Similarity, Vec3, percentile};
-use crate::observer::Observer;
+use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::spatial::PointIndex;
 
@@ -196,10 +196,12 @@ pub enum RegisterError {
     /// A parameter outside its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(RegisterError, "register");
 
 /// Least number of points from which a pose is told.
 const LEAST_POINTS: usize = 12;

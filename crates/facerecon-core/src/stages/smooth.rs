@@ -5,7 +5,7 @@ mod laplacian;
 
 use crate::data::{Mesh, MeshError};
 use crate::math::Vec3;
-use crate::observer::Observer;
+use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 
 crate::choices! {
@@ -87,10 +87,12 @@ pub enum SmoothError {
     /// A parameter outside its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(SmoothError, "smooth");
 
 /// Smooths a mesh and enlarges it against the shrinkage. `reference` holds points of the face (its
 /// features, or all registered points) whose bounds are to be kept; when empty, those of the mesh.

@@ -16,7 +16,7 @@ mod tests;
 
 use crate::data::{Gray, Match, Mesh};
 use crate::math::{Vec2, Vec3};
-use crate::observer::{Artifact, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::spatial::pitch;
 use crate::{choices, settings};
@@ -137,10 +137,12 @@ pub enum SurfaceError {
     /// A parameter out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(SurfaceError, "surface");
 
 /// Least number of points that make a surface.
 pub const LEAST_POINTS: usize = 4;
@@ -216,7 +218,8 @@ pub fn surface(
 }
 
 fn stop(observer: &dyn Observer) -> Result<(), SurfaceError> {
-    if observer.cancelled() { Err(SurfaceError::Cancelled) } else { Ok(()) }
+    observer.check()?;
+    Ok(())
 }
 
 /// Free border of the texture, as a share of its edge.

@@ -7,7 +7,7 @@ mod scanline_boundary;
 use crate::camera::Pinhole;
 use crate::data::{Gray, Mesh, MeshError, Raster, Rgb};
 use crate::math::{Similarity, Vec2, Vec3};
-use crate::observer::{Artifact, Observer};
+use crate::observer::{Artifact, Cancelled, Observer};
 
 use crate::settings::{SettingsError, Value};
 pub use projective::{HeadMotion, ProjectiveParams};
@@ -211,10 +211,12 @@ pub enum TextureError {
     /// The renderer refused.
     #[error("the head cannot be seen through the camera: {0}")]
     Draw(String),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(TextureError, "texture");
 
 /// Makes the texture of a head.
 ///
@@ -227,9 +229,7 @@ pub fn texture(
 ) -> Result<Texture, TextureError> {
     params.check("texture", None)?;
     check(input)?;
-    if observer.cancelled() {
-        return Err(TextureError::Cancelled);
-    }
+    observer.check()?;
     let made = match params.method {
         TextureMethod::Scanline => scanline::texture(input, params, observer)?,
         TextureMethod::Projective => projective::texture(input, params, observer)?,

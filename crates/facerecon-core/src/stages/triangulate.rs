@@ -12,7 +12,8 @@ pub use model_units::{ModelUnits, model_units};
 use crate::camera::RectifiedRig;
 use crate::data::{Cloud, CloudFrame, Match, Mesh};
 use crate::math::Vec3;
-use crate::observer::{Artifact, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
+use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
 choices! {
@@ -39,7 +40,7 @@ settings! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TriangulateError {
     /// Too few matches.
-    #[error("triangulate: {got} matches, at least {needed} are needed")]
+    #[error("{got} matches, at least {needed} are needed")]
     TooFewMatches {
         /// Matches found.
         got: usize,
@@ -53,7 +54,7 @@ pub enum TriangulateError {
     NoRig,
     /// A match at or behind infinity.
     #[error(
-        "triangulate: match {index} has a disparity of {disparity_px:.2} px, at or beyond infinity for this rig; left and right may be swapped, or the calibration is another rig's"
+        "match {index} has a disparity of {disparity_px:.2} px, at or beyond infinity for this rig; left and right may be swapped, or the calibration is another rig's"
     )]
     Behind {
         /// Number of the match.
@@ -63,7 +64,7 @@ pub enum TriangulateError {
     },
     /// Matches that span no height or width.
     #[error(
-        "triangulate: the matches span {width_px:.1} x {height_px:.1} px; a face cannot be scaled from that"
+        "the matches span {width_px:.1} x {height_px:.1} px; a face cannot be scaled from that"
     )]
     Flat {
         /// Extent across.
@@ -72,23 +73,26 @@ pub enum TriangulateError {
         height_px: f64,
     },
     /// A generic face without extent.
-    #[error(
-        "triangulate: the generic face spans {height} units in height; it cannot set the scale"
-    )]
+    #[error("the generic face spans {height} units in height; it cannot set the scale")]
     Template {
         /// Height found.
         height: f64,
     },
     /// A coordinate that is not a number.
-    #[error("triangulate: match {index} has a position that is not a finite number")]
+    #[error("match {index} has a position that is not a finite number")]
     NotFinite {
         /// Number of the match.
         index: usize,
     },
-    /// Stopped by the observer.
-    #[error("triangulate: cancelled")]
-    Cancelled,
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(TriangulateError, "triangulate");
 
 /// Points in space, one for each match.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,6 +118,7 @@ pub fn triangulate(
     params: &TriangulateParams,
     observer: &dyn Observer,
 ) -> Result<Triangulated, TriangulateError> {
+    params.check("triangulate", None)?;
     if matches.len() < LEAST_MATCHES {
         return Err(TriangulateError::TooFewMatches { got: matches.len(), needed: LEAST_MATCHES });
     }
@@ -121,9 +126,7 @@ pub fn triangulate(
     if let Some(index) = matches.iter().position(|m| !finite(m)) {
         return Err(TriangulateError::NotFinite { index });
     }
-    if observer.cancelled() {
-        return Err(TriangulateError::Cancelled);
-    }
+    observer.check()?;
     let rig = match params.method {
         TriangulateMethod::Auto => rig,
         TriangulateMethod::Metric => Some(rig.filter(|r| r.metric).ok_or(TriangulateError::NoRig)?),

@@ -87,9 +87,7 @@ pub(super) fn lattice(
             return Err(CorrespondError::NoLattice { photo, labelled });
         }
     }
-    if observer.cancelled() {
-        return Err(CorrespondError::Cancelled);
-    }
+    observer.check()?;
     let graphs = [left, right];
     let evidence = Evidence {
         dots: [input.left, input.right],

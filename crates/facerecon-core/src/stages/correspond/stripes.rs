@@ -14,6 +14,7 @@ use crate::data::{Match, Rgb};
 use crate::math::{Vec2, median};
 use crate::observer::{Event, Observer};
 use crate::settings;
+use crate::settings::Value;
 
 use super::{CorrespondError, Correspondence};
 use align::{Aligned, align, settle};
@@ -54,15 +55,14 @@ pub fn correspond_stripes(
     params: &StripesParams,
     observer: &dyn Observer,
 ) -> Result<Correspondence, CorrespondError> {
+    params.check("correspond.stripes", None)?;
     let height = images[0].height().min(images[1].height());
     let rows: Vec<usize> = (0..height).step_by(params.row_step_px.max(1)).collect();
     let [left, right] = images.map(|image| {
         let found: Vec<Vec<Edge>> = rows.par_iter().map(|y| row_edges(image, *y, params)).collect();
         Chains::link(found)
     });
-    if observer.cancelled() {
-        return Err(CorrespondError::Cancelled);
-    }
+    observer.check()?;
     let aligned: Vec<Vec<Aligned>> = (0..rows.len())
         .into_par_iter()
         .map(|n| align(&left.rows[n], &right.rows[n], params.skip_cost))

@@ -71,7 +71,8 @@ pub(super) fn deform(
     let mut note = |error: f64| {
         step += 1;
         obs.event(&Event::Iteration { stage: "deform", step, error });
-        if obs.cancelled() { Err(DeformError::Cancelled) } else { Ok(error) }
+        obs.check()?;
+        Ok(error)
     };
 
     let found = Matcher::new(template, &gate)?.find(&few, own.reach_mm, calm(own.reach_mm));

@@ -18,9 +18,7 @@ pub fn deform(
     let mut assignments = input.assignments.to_vec();
     let (mut vertices, mut count) = (input.template.vertices.clone(), 0);
     for round in 1..=params.rounds.max(1) {
-        if observer.cancelled() {
-            return Err(DeformError::Cancelled);
-        }
+        observer.check()?;
         let centres = centres(&DeformInput { assignments: &assignments, ..*input }, params);
         vertices = bend(input, &centres, params.stiffness)?;
         count = centres.len();

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::*;
 use crate::math::{Vec2, percentile};
+use crate::observer::Cancelled;
 
 const SIZE: (usize, usize) = (200, 160);
 
@@ -196,5 +197,5 @@ fn bad_input_is_refused_in_words() {
     }
     let stops = Stops(Cell::new(0));
     let e = refine(&p.left, &p.right, None, &p.matches, &params, &stops).unwrap_err();
-    assert_eq!(e, RefineError::Cancelled);
+    assert_eq!(e, RefineError::Cancelled(Cancelled));
 }

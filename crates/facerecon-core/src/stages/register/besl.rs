@@ -82,9 +82,7 @@ fn iterate(
     let mut history = vec![error(&pairs, &pose)];
     let mut termination = Termination::MaxIterations;
     for k in 1..=params.max_iterations {
-        if observer.cancelled() {
-            return Err(RegisterError::Cancelled);
-        }
+        observer.check()?;
         // the registration is always relative to the first position P_0
         let (from, to): (Vec<Vec3>, Vec<Vec3>) = pairs.iter().copied().unzip();
         let next = fit_quaternion(&from, &to, params.scale).ok_or(RegisterError::Degenerate)?;

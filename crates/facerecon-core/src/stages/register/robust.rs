@@ -57,9 +57,7 @@ pub(super) fn register(
     // Rounds: every start for a few steps on few points, the best for more on more.
     let all = starts(&samples, plain, features, frame, own);
     let few = best(round(&all, &sparse, &model, TRIAL), 6);
-    if obs.cancelled() {
-        return Err(RegisterError::Cancelled);
-    }
+    obs.check()?;
     let winner = best(round(&few, &medium, &model, RUN_OFF), 1);
     let start = *winner.first().ok_or(RegisterError::Degenerate)?;
 
@@ -123,9 +121,7 @@ fn settle(
         let error = plane_rms(&pairs);
         history.push(error);
         obs.event(&Event::Iteration { stage: "register", step: history.len(), error });
-        if obs.cancelled() {
-            return Err(RegisterError::Cancelled);
-        }
+        obs.check()?;
         if moved < params.robust.tolerance_mm {
             return Ok(Ending { pose, history, termination: Termination::Converged });
         }

@@ -20,9 +20,7 @@ pub fn smooth(
     let mut vertices = mesh.vertices.clone();
     let mut movement = Vec::new();
     for step in 1..=params.steps {
-        if observer.cancelled() {
-            return Err(SmoothError::Cancelled);
-        }
+        observer.check()?;
         let mut next = apply(&vertices, &topology, params.lambda, free);
         if let Some(mu) = mu {
             next = apply(&next, &topology, mu, free);

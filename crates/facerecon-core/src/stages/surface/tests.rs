@@ -4,6 +4,7 @@ use super::*;
 use crate::camera::RectifiedRig;
 use crate::data::Topology;
 use crate::math::Mat3;
+use crate::observer::Cancelled;
 
 const SIZE: (usize, usize) = (320, 240);
 const PITCH: f64 = 8.0;
@@ -362,5 +363,5 @@ fn an_observer_can_stop_it() {
     let matches = dots(ball);
     let input = SurfaceInput { disparity: None, matches: &matches, on_subject: &[], place: &place };
     let stopped = surface(&input, &SurfaceParams::default(), &Stop);
-    assert_eq!(stopped, Err(SurfaceError::Cancelled));
+    assert_eq!(stopped, Err(SurfaceError::Cancelled(Cancelled)));
 }

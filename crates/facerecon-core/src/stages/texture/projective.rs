@@ -99,7 +99,8 @@ pub(super) fn texture(
 }
 
 fn stop(obs: &dyn Observer) -> Result<(), TextureError> {
-    if obs.cancelled() { Err(TextureError::Cancelled) } else { Ok(()) }
+    obs.check()?;
+    Ok(())
 }
 
 pub use motion::HeadMotion;

@@ -26,9 +26,7 @@ pub fn texture(
     }
     let mut sheets = Vec::new();
     for &(photo, seen) in used {
-        if observer.cancelled() {
-            return Err(TextureError::Cancelled);
-        }
+        observer.check()?;
         let mut sheet = scan(input, photo, seen, params)?;
         // before they are joined: else the other photo's lines would show through the gaps
         fill_empty_lines(&mut sheet);

@@ -123,9 +123,7 @@ impl<'a> Matcher<'a> {
         // First the large regions, among them the subject; then its parts, near it in depth.
         let mut large = true;
         for _ in 0..ROUNDS {
-            if observer.cancelled() {
-                return Err(CorrespondError::Cancelled);
-            }
+            observer.check()?;
             let known = (!found.pairs.is_empty()).then_some(&found.rows);
             let range = if large {
                 f64::NEG_INFINITY..=f64::INFINITY

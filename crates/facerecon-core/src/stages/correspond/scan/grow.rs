@@ -7,7 +7,7 @@ use super::plane::plane_at_origin;
 use super::seeds::Window;
 use super::{CorrespondError, Limits, Marked};
 use crate::math::Vec2;
-use crate::observer::Observer;
+use crate::observer::{Cancelled, Observer};
 use crate::spatial::PointIndex;
 
 /// A left dot that waits for its turn, with the dot of the right photo that would be its match.
@@ -89,7 +89,7 @@ pub(super) fn grow(
     }
     while let Some(candidate) = waiting.pop() {
         if grown.len().is_multiple_of(256) && observer.cancelled() {
-            return Err(CorrespondError::Cancelled);
+            return Err(Cancelled.into());
         }
         if scan.of_left[candidate.left].is_some() {
             continue;

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::data::{Mesh, MeshError};
 use crate::math::{Similarity, Vec3, percentile};
-use crate::observer::Observer;
+use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::spatial::SurfaceIndex;
 use crate::{choices, settings};
@@ -86,10 +86,12 @@ pub enum CompareError {
     /// A parameter out of range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Stopped by the observer.
-    #[error("cancelled")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(CompareError, "compare");
 
 /// Statistics of distances, mm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -285,9 +287,7 @@ fn distances(
     const PORTION: usize = 10_000;
     let mut found: Vec<f64> = Vec::with_capacity(samples.len());
     for portion in samples.chunks(PORTION) {
-        if observer.cancelled() {
-            return Err(CompareError::Cancelled);
-        }
+        observer.check()?;
         let some: Vec<Option<f64>> = portion
             .par_iter()
             .map(|s| {

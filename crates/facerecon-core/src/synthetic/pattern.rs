@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::data::{Pattern, PatternKind, Raster, Rgb};
 use crate::settings::{SettingsError, Value};
+use crate::stages::{ErrorKind, StageError};
 use crate::{choices, settings};
 
 choices! {
@@ -71,6 +72,17 @@ pub enum PatternError {
         /// Distance needed.
         needed_px: f64,
     },
+}
+
+impl StageError for PatternError {
+    const STAGE: &'static str = "pattern";
+
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Settings(error) => ErrorKind::Settings(error.clone()),
+            Self::TooFine { .. } => ErrorKind::Input,
+        }
+    }
 }
 
 impl PatternParams {

@@ -8,7 +8,7 @@ use super::{SimulateParams, middle};
 use crate::camera::{Distortion, Pinhole, StereoRig};
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
-use crate::pattern::Design;
+use crate::synthetic::pattern::Design;
 
 /// Cameras and projector.
 pub(super) struct Rig {

@@ -39,9 +39,7 @@ pub(super) fn expose(
     let eye = camera_from_left.inverse().translation;
     let mut light: Vec<(Light, bool)> = Vec::with_capacity(width * height);
     for top in (0..height).step_by(STRIP) {
-        if observer.cancelled() {
-            return Err(SimulateError::Cancelled);
-        }
+        observer.check()?;
         let rows = STRIP.min(height - top);
         let strip = Pinhole { cy: camera.cy - top as f64, ..*camera };
         let size = (width * SAMPLES, rows * SAMPLES);

@@ -5,92 +5,60 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::camera::Rectification;
-use crate::data::{Capture, Match, Mesh};
-use crate::error::Error;
+use crate::data::{Capture, Match};
 use crate::io;
 use crate::io::table::MatchRow;
 use crate::math::{Similarity, Vec3};
+use crate::output::Record;
+use crate::output::report;
+use crate::pipeline::Error;
 use crate::pipeline::Reconstruction;
-use crate::record::Record;
 use crate::render::Frame;
-use crate::report;
 
-/// Lengths of the face, millimetres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaceSize {
-    /// Between the upper ear connections.
-    pub width_mm: f64,
-    /// From the saddle of the nose to the chin.
-    pub height_mm: f64,
-}
-
-impl Reconstruction {
-    /// The face in a frame.
-    pub fn mesh_in(&self, frame: Frame) -> Mesh {
-        match frame {
-            Frame::Model => self.mesh.clone(),
-            Frame::Camera => self.mesh.transformed(&self.model_from_camera.inverse()),
-        }
+/// The facts of the run as `result.json` holds them.
+pub fn result_json(found: &Reconstruction) -> Value {
+    let mut timings = serde_json::Map::new();
+    for (stage, ms) in &found.timings_ms {
+        timings.insert(stage.clone(), json!(round(*ms, 2)));
     }
-
-    /// Width and height of the face; `None` without metric units or without the features.
-    pub fn face_size(&self) -> Option<FaceSize> {
-        let at = |name: &str| self.mesh.vertices.get(*self.landmarks.get(name)?).copied();
-        let between = |a: &str, b: &str| -> Option<f64> { Some((at(a)? - at(b)?).norm()) };
-        if !self.metric {
-            return None;
-        }
-        Some(FaceSize {
-            width_mm: between("ear_left_upper", "ear_right_upper")?,
-            height_mm: between("nose_saddle", "chin")?,
-        })
-    }
-
-    /// The facts of the run as `result.json` holds them.
-    pub fn to_json(&self) -> Value {
-        let mut timings = serde_json::Map::new();
-        for (stage, ms) in &self.timings_ms {
-            timings.insert(stage.clone(), json!(round(*ms, 2)));
-        }
-        let total: f64 = self.timings_ms.iter().map(|t| t.1).sum();
-        timings.insert("total".into(), json!(round(total, 2)));
-        let size = self.face_size();
-        json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "dots": { "left": self.dots[0], "right": self.dots[1] },
-            "matches": self.matches.len(),
-            "points": self.cloud.len(),
-            "vertices": self.mesh.vertices.len(),
-            "faces": self.mesh.faces.len(),
-            "metric": self.metric,
-            "unit": if self.metric { "mm" } else { "model units" },
-            "face_width_mm": size.map(|s| round(s.width_mm, 2)),
-            "face_height_mm": size.map(|s| round(s.height_mm, 2)),
-            "model_from_camera": self.model_from_camera.to_rows(),
-            "registration": self.registration.as_ref().map(|pose| json!({
-                "method": self.params.register.method,
-                "iterations": pose.iterations,
-                "start_iterations": pose.start_iterations,
-                "coarse_iterations": pose.coarse_iterations,
-                "termination": pose.termination,
-                "from_features": pose.from_features,
-                "rms_before": round(pose.rms_before, 4),
-                "rms_after": round(pose.rms_after, 4),
-                "inliers": pose.inliers.len(),
-                "error_history": pose.history.iter().map(|e| round(*e, 5)).collect::<Vec<_>>(),
-            })),
-            "rows": {
-                "offset_px": round(self.rows.offset_px, 3),
-                "roll_deg": round(self.rows.roll_deg, 4),
-                "scale": round(self.rows.scale, 6),
-                "residual_px": self.rows.residual_px.map(|r| round(r, 3)),
-                "corrected": self.rows.corrected,
-            },
-            "timings_ms": timings,
-            "warnings": self.warnings,
-            "params": self.params,
-        })
-    }
+    let total: f64 = found.timings_ms.iter().map(|t| t.1).sum();
+    timings.insert("total".into(), json!(round(total, 2)));
+    let size = found.face_size();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "dots": { "left": found.dots[0], "right": found.dots[1] },
+        "matches": found.matches.len(),
+        "points": found.cloud.len(),
+        "vertices": found.mesh.vertices.len(),
+        "faces": found.mesh.faces.len(),
+        "metric": found.metric,
+        "unit": if found.metric { "mm" } else { "model units" },
+        "face_width_mm": size.map(|s| round(s.width_mm, 2)),
+        "face_height_mm": size.map(|s| round(s.height_mm, 2)),
+        "model_from_camera": found.model_from_camera.to_rows(),
+        "registration": found.registration.as_ref().map(|pose| json!({
+            "method": found.params.register.method,
+            "iterations": pose.iterations,
+            "start_iterations": pose.start_iterations,
+            "coarse_iterations": pose.coarse_iterations,
+            "termination": pose.termination,
+            "from_features": pose.from_features,
+            "rms_before": round(pose.rms_before, 4),
+            "rms_after": round(pose.rms_after, 4),
+            "inliers": pose.inliers.len(),
+            "error_history": pose.history.iter().map(|e| round(*e, 5)).collect::<Vec<_>>(),
+        })),
+        "rows": {
+            "offset_px": round(found.rows.offset_px, 3),
+            "roll_deg": round(found.rows.roll_deg, 4),
+            "scale": round(found.rows.scale, 6),
+            "residual_px": found.rows.residual_px.map(|r| round(r, 3)),
+            "corrected": found.rows.corrected,
+        },
+        "timings_ms": timings,
+        "warnings": found.warnings,
+        "params": found.params,
+    })
 }
 
 fn round(value: f64, digits: i32) -> f64 {
@@ -103,7 +71,7 @@ fn round(value: f64, digits: i32) -> f64 {
 ///
 /// # Errors
 /// [`Error::File`] naming the file that could not be written.
-pub fn write(
+pub fn write_result(
     folder: &Path,
     capture: &Capture,
     result: &Reconstruction,
@@ -121,7 +89,7 @@ pub fn write(
     if keep_stages {
         record.write(&folder.join("stages"))?;
     }
-    let text = serde_json::to_string_pretty(&result.to_json())
+    let text = serde_json::to_string_pretty(&result_json(result))
         .map_err(|e| Error::Input(format!("result.json: {e}")))?;
     // last, so that its presence says that the result is complete
     io::atomic::write(&folder.join("result.json"), format!("{text}\n").as_bytes())?;
@@ -167,11 +135,11 @@ pub fn match_rows(result: &Reconstruction, frame: Frame) -> Vec<MatchRow> {
         Frame::Model => result.model_from_camera,
         Frame::Camera => Similarity::identity(),
     };
-    table(&result.matches, &result.rectification, &result.match_points, &to_frame)
+    matches_table(&result.matches, &result.rectification, &result.match_points, &to_frame)
 }
 
 /// A table of matches in the photos' own pixels, with their points where there are any.
-pub fn table(
+pub fn matches_table(
     matches: &[Match],
     views: &Rectification,
     points: &[Option<Vec3>],

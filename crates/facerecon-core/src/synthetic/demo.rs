@@ -2,17 +2,17 @@
 
 use std::time::Instant;
 
-use crate::compare::Distances;
 use crate::data::Rgb;
-use crate::error::Error;
+use crate::evaluate::Distances;
 use crate::math::Vec3;
 use crate::observer::{Event, Observer};
-use crate::params::Params;
-use crate::pattern::PatternParams;
+use crate::pipeline::Error;
+use crate::pipeline::Params;
 use crate::pipeline::{Reconstruction, reconstruct};
 use crate::render::{self, Mode, Scene, View, contact_sheet};
-use crate::simulate::{self, SimulateParams, Simulated, simulate};
 use crate::spatial::SurfaceIndex;
+use crate::synthetic::pattern::PatternParams;
+use crate::synthetic::simulate::{self, SimulateParams, Simulated, simulate};
 use crate::template::{self, Template};
 
 /// Edge of the skin's texture.

@@ -4,8 +4,8 @@ use super::geometry::Rig;
 use super::{SimulateError, SimulateParams, Subject};
 use crate::data::{Mesh, Raster, Rgb};
 use crate::math::{Similarity, Vec3};
-use crate::pattern::Design;
 use crate::render::{ambient_openness, linear_from_srgb, rasterize, sample_texture, supersampled};
+use crate::synthetic::pattern::Design;
 
 /// Texels of the shadow map from dot to dot.
 const SHADOW_TEXELS: usize = 16;

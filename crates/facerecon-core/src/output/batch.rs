@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::error::Error;
+use super::{Recorder, write_result};
 use crate::io::{self, IoError};
-use crate::params::Params;
+use crate::pipeline::Error;
+use crate::pipeline::Params;
 use crate::pipeline::reconstruct;
-use crate::record::Recorder;
 use crate::render::Frame;
-use crate::result;
 use crate::template::Template;
 
 /// How a capture of a batch ended.
@@ -132,7 +131,7 @@ fn reconstruct_or_keep(
     let recorder = Recorder::default();
     let mut found = reconstruct(&loaded.capture, head, params, &recorder)?;
     found.warnings.splice(0..0, loaded.warnings);
-    result::write(folder, &loaded.capture, &found, &recorder.take(), frame, false)?;
+    write_result(folder, &loaded.capture, &found, &recorder.take(), frame, false)?;
     let by = batch.map_or(String::new(), |b| format!("{b}\n"));
     io::atomic::write(&beside, format!("{print}\n{by}").as_bytes())?;
     Ok(Status::Done)

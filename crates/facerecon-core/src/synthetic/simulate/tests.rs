@@ -1,8 +1,8 @@
 use super::*;
 use crate::data::Gray;
 use crate::math::{Vec2, Vec3, median};
-use crate::pattern::PatternParams;
 use crate::render::linear_from_srgb;
+use crate::synthetic::pattern::PatternParams;
 
 /// A flat square facing the viewer, model frame, mm; cut fine, as edges between its vertices stay
 /// straight behind a distorting lens.

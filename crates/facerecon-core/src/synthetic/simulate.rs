@@ -21,11 +21,11 @@ pub use truth::{DotTruth, Truth};
 use crate::camera::RigError;
 use crate::data::{Capture, FeaturePairs, Landmarks, Mesh, Photo, Rgb};
 use crate::math::{Similarity, Vec3};
-use crate::observer::{Artifact, Event, Observer};
-use crate::pattern::{PatternError, PatternParams};
+use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::render::RenderError;
 use crate::settings;
 use crate::settings::{SettingsError, Value};
+use crate::synthetic::pattern::{PatternError, PatternParams};
 
 use geometry::Rig;
 use lamps::Lamps;
@@ -174,10 +174,12 @@ pub enum SimulateError {
         /// Distance of the subject.
         distance_mm: f64,
     },
-    /// Stopped by the observer.
-    #[error("stopped")]
-    Cancelled,
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
+
+crate::stage_error!(SimulateError, "simulate");
 
 /// Photographs the subject with and without the projected pattern.
 ///
@@ -221,10 +223,8 @@ pub fn simulate(
         Exposure::automatic(&light[0].pattern, &light[0].subject, params),
         Exposure::of_paper(params),
     ];
-    let photo = |side: usize, plain: usize| {
-        if observer.cancelled() {
-            return Err(SimulateError::Cancelled);
-        }
+    let photo = |side: usize, plain: usize| -> Result<Photo, SimulateError> {
+        observer.check()?;
         let linear = if plain == 1 { &light[side].plain } else { &light[side].pattern };
         let gain = if side == 1 { params.gain_right } else { 1.0 };
         let developed = develop(linear, &exposure[plain].times(gain), side * 2 + plain, params);

@@ -4,8 +4,8 @@ use super::page::{Row, STYLE, WIDEST, cast, drawn, escape, factor, shrunk};
 use super::{marks, plots, steps, words};
 use crate::data::{Capture, PatternKind};
 use crate::math::{Vec2, percentile};
+use crate::output::{Kept, Record};
 use crate::pipeline::Reconstruction;
-use crate::record::{Kept, Record};
 use crate::render::{Mode, Scene, Studio, View};
 
 /// The report of a run as an HTML text that needs no other file.

@@ -108,9 +108,7 @@ impl Search<'_> {
     fn run(&self, start: Similarity, steps: usize) -> Result<(Similarity, usize), CompareError> {
         let mut pose = start;
         for step in 0..steps {
-            if self.observer.cancelled() {
-                return Err(CompareError::Cancelled);
-            }
+            self.observer.check()?;
             let meetings = self.meet(&pose);
             let distances: Vec<f64> = meetings.iter().map(|m| m.3).collect();
             let limit = self.limit(&distances);

@@ -1,0 +1,5 @@
+//! How far a mesh is from the truth.
+
+mod compare;
+
+pub use compare::*;

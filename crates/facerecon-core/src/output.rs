@@ -1,0 +1,9 @@
+//! What a run leaves on disk: result folders, reports, batches.
+
+pub mod batch;
+mod record;
+pub mod report;
+mod result_files;
+
+pub use record::{Kept, Record, Recorder};
+pub use result_files::{match_rows, matches_table, result_json, write_result};

@@ -1,0 +1,80 @@
+//! What a run found out.
+
+use crate::camera::Rectification;
+use crate::data::{Cloud, Gray, Landmarks, Match, Mesh};
+use crate::math::{Similarity, Vec3};
+use crate::pipeline::Params;
+use crate::render::Frame;
+use crate::stages::rectify::RowReport;
+use crate::stages::register::Registration;
+use crate::stages::texture::Texture;
+
+/// Everything a run found out.
+#[derive(Clone, Debug)]
+pub struct Reconstruction {
+    /// The face: the template's topology, or the measured surface itself; model frame, millimetres
+    /// when `metric`.
+    pub mesh: Mesh,
+    /// Vertex numbers of the features on `mesh`; none on the measured surface.
+    pub landmarks: Landmarks,
+    /// Its colours; `None` without a pair without the pattern.
+    pub texture: Option<Texture>,
+    /// The measured points, camera frame in millimetres when `metric`, else model units.
+    pub cloud: Cloud,
+    /// The matches, in rectified pixels.
+    pub matches: Vec<Match>,
+    /// For each match its point in the frame of `cloud`; `None` where it has none.
+    pub match_points: Vec<Option<Vec3>>,
+    /// How photo and rectified pixels belong together.
+    pub rectification: Rectification,
+    /// How level the photos' rows were found.
+    pub rows: RowReport,
+    /// Dots found in the left and the right photo; for stripes, the edges matched.
+    pub dots: [usize; 2],
+    /// Depth maps of both photos, rectified, lighter is nearer (thesis Fig. 2.5).
+    pub depth: [Gray; 2],
+    /// How the points came to the generic head; `None` for a measured surface that did not.
+    pub registration: Option<Registration>,
+    /// Model frame from the frame of `cloud`.
+    pub model_from_camera: Similarity,
+    /// Whether lengths are millimetres.
+    pub metric: bool,
+    /// Milliseconds each stage took, in order.
+    pub timings_ms: Vec<(String, f64)>,
+    /// What the user should know, in words.
+    pub warnings: Vec<String>,
+    /// The parameters it was made with.
+    pub params: Params,
+}
+
+/// Lengths of the face, millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceSize {
+    /// Between the upper ear connections.
+    pub width_mm: f64,
+    /// From the saddle of the nose to the chin.
+    pub height_mm: f64,
+}
+
+impl Reconstruction {
+    /// The face in a frame.
+    pub fn mesh_in(&self, frame: Frame) -> Mesh {
+        match frame {
+            Frame::Model => self.mesh.clone(),
+            Frame::Camera => self.mesh.transformed(&self.model_from_camera.inverse()),
+        }
+    }
+
+    /// Width and height of the face; `None` without metric units or without the features.
+    pub fn face_size(&self) -> Option<FaceSize> {
+        let at = |name: &str| self.mesh.vertices.get(*self.landmarks.get(name)?).copied();
+        let between = |a: &str, b: &str| -> Option<f64> { Some((at(a)? - at(b)?).norm()) };
+        if !self.metric {
+            return None;
+        }
+        Some(FaceSize {
+            width_mm: between("ear_left_upper", "ear_right_upper")?,
+            height_mm: between("nose_saddle", "chin")?,
+        })
+    }
+}
