@@ -95,7 +95,7 @@ fn b_filter(bencher: Bencher<'_, '_>, width: usize) {
 #[divan::bench(args = WIDTHS, sample_count = 5)]
 fn c_detect(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
-    bencher.bench(|| single_stage::dots(&s.capture.left.gray, &s.params, &()));
+    bencher.bench(|| single_stage::detect_dots(&s.capture.left.gray, &s.params, &()));
 }
 
 /// Both photos rectified, their dots found and matched.

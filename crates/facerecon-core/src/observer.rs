@@ -1,5 +1,6 @@
 //! Watching and stopping a run: progress bars, kept stages, plots and Python callbacks are observers.
 
+use std::cell::RefCell;
 use std::time::Duration;
 
 use crate::data::{Gray, Mesh, Rgb};
@@ -113,5 +114,38 @@ impl<const N: usize> Observer for [&dyn Observer; N] {
     }
     fn cancelled(&self) -> bool {
         self.as_slice().cancelled()
+    }
+}
+
+/// Passes everything on to another observer, and keeps every warning as `stage: message`.
+pub struct WarningCollector<'a> {
+    observer: &'a dyn Observer,
+    warnings: RefCell<Vec<String>>,
+}
+
+impl<'a> WarningCollector<'a> {
+    /// Collects the warnings that `observer` receives.
+    pub fn new(observer: &'a dyn Observer) -> Self {
+        Self { observer, warnings: RefCell::default() }
+    }
+
+    /// The warnings in order.
+    pub fn into_warnings(self) -> Vec<String> {
+        self.warnings.into_inner()
+    }
+}
+
+impl Observer for WarningCollector<'_> {
+    fn event(&self, event: &Event<'_>) {
+        if let Event::Warning { stage, message } = event {
+            self.warnings.borrow_mut().push(format!("{stage}: {message}"));
+        }
+        self.observer.event(event);
+    }
+    fn artifact(&self, stage: &str, name: &str, artifact: Artifact<'_>) {
+        self.observer.artifact(stage, name, artifact);
+    }
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
     }
 }

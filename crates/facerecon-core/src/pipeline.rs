@@ -3,6 +3,8 @@
 mod dense;
 mod error;
 mod inputs;
+mod matching;
+mod measured;
 mod params;
 mod reconstruct;
 mod reconstruction;

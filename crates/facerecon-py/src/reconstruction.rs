@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use facerecon_core::data::Capture as CoreCapture;
 use facerecon_core::math::Similarity;
-use facerecon_core::observer::Observer;
+use facerecon_core::observer::{Observer, WarningCollector};
 use facerecon_core::output::batch::{self, Outcome};
 use facerecon_core::output::{Kept, Record, Recorder};
 use facerecon_core::pipeline::Error;
-use facerecon_core::pipeline::{Reconstruction as Found, reconstruct as run_pipeline};
+use facerecon_core::pipeline::{
+    Reconstruction as Found, reconstruct as run_pipeline, single_stage,
+};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template as CoreTemplate;
 use facerecon_core::{
@@ -25,7 +27,7 @@ use crate::convert::{
     CloudOut, MeshOut, array, cloud_out, mesh_out, pixels_out, points_out, raster_out, rgb_out,
     transform_out,
 };
-use crate::errors::argument;
+use crate::errors::{argument, to_py};
 use crate::meshes::Template;
 use crate::params::Params;
 use crate::watch::watched;
@@ -120,8 +122,9 @@ impl Reconstruction {
         report::summary(&self.found)
     }
 
-    fn report_html(&self, py: Python<'_>) -> String {
+    fn report_html(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| report::html(&self.capture, &self.found, &self.record))
+            .map_err(|error| to_py(py, error))
     }
 
     fn save(
@@ -190,12 +193,14 @@ fn find_matches<'py>(
     callback: Option<Py<PyAny>>,
 ) -> PyResult<(MatchesOut<'py>, [usize; 2], Vec<String>)> {
     let (photos, params) = (&capture.capture, &params.0);
-    let found = watched(py, callback, |watch| {
-        facerecon_core::pipeline::single_stage::find_matches(photos, params, watch)
+    let (found, warnings) = watched(py, callback, |watch| {
+        let collector = WarningCollector::new(watch);
+        let found = single_stage::find_matches(photos, params, &collector)?;
+        Ok((found, collector.into_warnings()))
     })?;
     let same = Similarity::identity();
     let rows = output::matches_table(&found.matches, &found.rectification, &[], &same);
-    Ok((matches_out(py, &rows)?, found.dots, found.warnings))
+    Ok((matches_out(py, &rows)?, found.dots, warnings))
 }
 
 /// Reconstructs one capture of a batch, unless it is done already; the outcome as JSON.
@@ -214,7 +219,7 @@ fn batch_run(
         Some(head) => head,
         None => {
             let loaded = template::resolve(template, None);
-            loaded.map_err(|e| crate::errors::to_py(py, e))?.into_template()
+            loaded.map_err(|e| to_py(py, e))?.into_template()
         }
     };
     let outcome = py.detach(|| batch::run(&capture, &output, &head, &params.0, frame, Some(batch)));
@@ -226,7 +231,8 @@ fn batch_run(
 fn batch_tables(py: Python<'_>, outcomes: &str) -> PyResult<(String, String)> {
     let outcomes: Vec<Outcome> =
         serde_json::from_str(outcomes).map_err(|e| argument(py, &format!("outcomes: {e}")))?;
-    Ok((batch::to_csv(&outcomes), batch::to_html(&outcomes)))
+    let html = batch::to_html(&outcomes).map_err(|error| to_py(py, error))?;
+    Ok((batch::to_csv(&outcomes), html))
 }
 
 pub(crate) fn to_json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {

@@ -91,7 +91,7 @@ fn detect<'py>(
             let thin = DetectParams { method: DetectMethod::Thin, ..params.detect.clone() };
             Ok(run_detect(&image, &thin, watch)?)
         } else {
-            single_stage::dots(&image, params, watch)
+            single_stage::detect_dots(&image, params, watch)
         }
     })?;
     let column = |f: fn(&facerecon_core::data::Dot) -> f64| {

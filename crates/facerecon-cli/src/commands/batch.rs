@@ -47,7 +47,7 @@ pub(super) fn batch(args: &BatchArgs, terminal: &Terminal) -> Result<(), Failure
         .collect();
     bar.finish_and_clear();
     io::atomic::write(&args.output.join("batch.csv"), batch::to_csv(&outcomes).as_bytes())?;
-    io::atomic::write(&args.output.join("batch.html"), batch::to_html(&outcomes).as_bytes())?;
+    io::atomic::write(&args.output.join("batch.html"), batch::to_html(&outcomes)?.as_bytes())?;
     let failed = outcomes.iter().filter(|o| o.status == Status::Failed).count();
     for outcome in &outcomes {
         terminal.say(outcome.to_string());

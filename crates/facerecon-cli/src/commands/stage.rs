@@ -54,7 +54,7 @@ pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failu
     let params = load_params(&args.params)?;
     args.picture.as_deref().map_or(Ok(()), named_png)?;
     let photo = io::image::read_photo(&args.image)?;
-    let found = single_stage::dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
+    let found = single_stage::detect_dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
     if let Some(path) = &args.output {
         io::table::write_dots(path, &found.dots)?;
         terminal.say(format!("wrote {}", path.display()));
@@ -84,7 +84,7 @@ pub(super) fn find_matches(args: &StageArgs, terminal: &Terminal) -> Result<(), 
     let rows =
         output::matches_table(&found.matches, &found.rectification, &[], &Similarity::identity());
     io::table::write_matches(&args.output, &rows)?;
-    for warning in loaded.warnings.iter().chain(&found.warnings) {
+    for warning in &loaded.warnings {
         terminal.warning(warning);
     }
     terminal.say(format!("wrote {}", args.output.display()));
@@ -201,7 +201,7 @@ pub(super) fn surface(args: &SurfaceArgs, terminal: &Terminal) -> Result<(), Fai
     drop(progress);
     let mesh = &found.mesh;
     io::write_mesh(&args.output, mesh, None)?;
-    for warning in loaded.warnings.iter().chain(&found.warnings) {
+    for warning in &loaded.warnings {
         terminal.warning(warning);
     }
     let frame = if found.metric { "camera frame, mm" } else { "model units: no calibration" };

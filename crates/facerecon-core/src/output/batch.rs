@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::report::render_page;
 use super::{Recorder, write_result};
 use crate::io::{self, IoError};
 use crate::pipeline::Error;
@@ -239,25 +240,26 @@ pub fn to_csv(outcomes: &[Outcome]) -> String {
     text
 }
 
+/// What the template `batch.html` is filled with.
+#[derive(askama::Template)]
+#[template(path = "batch.html")]
+struct Page {
+    columns: [&'static str; 8],
+    rows: Vec<Row>,
+}
+
+struct Row {
+    cells: [String; 8],
+    has_report: bool,
+}
+
 /// The outcomes as an HTML table with links to the reports.
-pub fn to_html(outcomes: &[Outcome]) -> String {
-    let escape = |s: &str| s.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-    let mut text = String::from(
-        "<!doctype html><meta charset=\"utf-8\"><title>facerecon batch</title>\
-         <style>body{font:15px system-ui,sans-serif;margin:2rem}td,th{padding:.2rem .8rem;text-align:left}</style><table><tr>",
-    );
-    COLUMNS.iter().for_each(|c| text.push_str(&format!("<th>{c}</th>")));
-    for outcome in outcomes {
-        text.push_str("</tr>\n<tr>");
-        for (i, cell) in cells(outcome).iter().enumerate() {
-            let cell = escape(cell);
-            if i == 0 && outcome.error.is_none() {
-                text.push_str(&format!("<td><a href=\"{cell}/report.html\">{cell}</a></td>"));
-            } else {
-                text.push_str(&format!("<td>{cell}</td>"));
-            }
-        }
-    }
-    text.push_str("</tr></table>\n");
-    text
+///
+/// # Errors
+/// [`Error::Input`] where the page cannot be written, which a valid template excludes.
+pub fn to_html(outcomes: &[Outcome]) -> Result<String, Error> {
+    let row =
+        |outcome: &Outcome| Row { cells: cells(outcome), has_report: outcome.error.is_none() };
+    let page = Page { columns: COLUMNS, rows: outcomes.iter().map(row).collect() };
+    render_page(&page, "batch.html")
 }

@@ -1,12 +1,28 @@
 //! The report of a run: one HTML file that needs no network, with pictures, plots and the numbers
-//! in words.
+//! in words. The page's template is `templates/report.html`.
 
-mod html;
 pub mod marks;
+mod overview;
 mod page;
+mod pictures;
 pub mod plots;
-mod steps;
-mod words;
+mod stages;
+mod summary;
 
-pub use html::html;
-pub use words::summary;
+use crate::data::Capture;
+use crate::output::Record;
+use crate::pipeline::{Error, Reconstruction};
+
+pub(super) use page::render as render_page;
+pub use summary::summary;
+
+/// The report of a run as an HTML text that needs no other file.
+///
+/// # Errors
+/// [`Error::Input`] where the page cannot be written, which a valid template excludes.
+pub fn html(capture: &Capture, result: &Reconstruction, record: &Record) -> Result<String, Error> {
+    let shaded = pictures::shaded(&result.mesh);
+    let mut sections = overview::sections(capture, result, record, shaded.as_ref());
+    sections.extend(stages::sections(capture, result, record, shaded.as_ref()));
+    page::render(&overview::page(capture, result, sections), "report.html")
+}

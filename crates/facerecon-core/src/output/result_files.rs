@@ -1,4 +1,4 @@
-//! What a run leaves on disk: the files of a result folder, each whole or not at all.
+//! The files of a result folder. Each is written completely or not at all.
 
 use std::path::Path;
 
@@ -80,12 +80,12 @@ pub fn write_result(
     keep_stages: bool,
 ) -> Result<(), Error> {
     let html = || {
-        let html = report::html(capture, result, record);
-        io::atomic::write(&folder.join("report.html"), html.as_bytes())
+        let html = report::html(capture, result, record)?;
+        Ok::<_, Error>(io::atomic::write(&folder.join("report.html"), html.as_bytes())?)
     };
     let files = || write_files(folder, result, frame);
     let (html, files) = rayon::join(html, files);
-    files.and(html.map_err(Error::from))?;
+    files.and(html)?;
     if keep_stages {
         record.write(&folder.join("stages"))?;
     }

@@ -1,31 +1,22 @@
-//! What each stage is given, gathered from what came before.
+//! The inputs of each stage, collected from the outputs of earlier stages.
 
+use super::measured::{Measured, Points};
 use super::run::Run;
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
 use crate::data::{Capture, Cloud, Gray, Match, Mesh, Pair, Photo, Rgb, Seeds};
 use crate::math::{Similarity, Vec3};
 use crate::pipeline::Error;
 use crate::pipeline::Params;
+use crate::observer::Observer;
 use crate::spatial::PointIndex;
 use crate::stages::cameras::estimate_cameras;
 use crate::stages::correspond::{CorrespondInput, Correspondence};
 use crate::stages::detect::Detection;
 use crate::stages::rectify::Rectified;
-use crate::stages::refine::Refined;
 use crate::stages::register::Registration;
 use crate::stages::texture::{TextureDot, TexturePhoto};
 use crate::stages::triangulate::TriangulateError;
 use crate::template::Template;
-
-/// The points of a run: those of the matches, those of the marked features, and all measured.
-pub(super) struct Points {
-    /// One for each match.
-    pub(super) dots: Cloud,
-    /// All that were measured: the dense surface where there is one, else the dots.
-    pub(super) all: Cloud,
-    /// Marked features with their names.
-    pub(super) features: Vec<(String, Vec3)>,
-}
 
 pub(super) fn correspond<'a>(
     capture: &'a Capture,
@@ -54,29 +45,32 @@ pub(super) fn correspond<'a>(
     }
 }
 
-/// The cameras of a capture without calibration, as far as the photographs tell them.
+/// The cameras of a capture without calibration, estimated from the pattern; `None` with a warning
+/// where they cannot be.
 pub(super) fn cameras(
+    run: &Run<'_>,
     found: &Correspondence,
-    level: &Rectified,
+    rectified: &Rectified,
     params: &Params,
-    run: &mut Run<'_>,
 ) -> Result<Option<RectifiedRig>, Error> {
-    let size = level.rectification.size;
-    // cameras that stay unknown do not end the run
+    let size = rectified.rectification.size;
     let estimated = run.stage("cameras", |o| {
         Ok::<_, Error>(estimate_cameras(&found.matches, size, &params.cameras, o))
     })?;
-    let (rig, words) = match estimated {
-        Ok(cameras) => (Some(cameras.rig), cameras.in_words()),
-        Err(why) => (
-            None,
-            format!(
-                "the cameras stay unknown ({why}): depth is set by the generic head, not measured; calibrate the cameras"
-            ),
-        ),
-    };
-    run.warn(&[words]);
-    Ok(rig)
+    match estimated {
+        Ok(cameras) => Ok(Some(cameras.rig)),
+        // the run goes on in model units
+        Err(why) => {
+            run.warn(
+                "cameras",
+                &format!(
+                    "the cameras could not be estimated ({why}): the depth is scaled to the \
+                     template, not measured; calibrate the cameras"
+                ),
+            );
+            Ok(None)
+        }
+    }
 }
 
 /// The marked features as matches in rectified pixels.
@@ -127,19 +121,17 @@ pub(super) fn of_feature(
     }
 }
 
-/// Parts the triangulated list again, and lays the dense surface out in space.
+/// Splits the triangulated points into dots and features, and triangulates the dense disparity.
 pub(super) fn points(
     cloud: &Cloud,
-    matches: &[Match],
+    measured: &Measured<'_>,
     features: &[(String, Match)],
-    dense: Option<&Refined>,
-    rig: Option<&RectifiedRig>,
 ) -> Points {
-    let count = matches.len().min(cloud.len());
+    let count = measured.matches.len().min(cloud.len());
     let dots = Cloud::from_points(cloud.points[..count].to_vec());
     let names = features.iter().map(|f| f.0.clone());
     let features = names.zip(cloud.points[count..].iter().copied()).collect();
-    let all = match (dense, rig) {
+    let all = match (measured.dense, measured.rig) {
         (Some(dense), Some(rig)) => super::dense::cloud(dense, rig),
         _ => dots.clone(),
     };

@@ -1,7 +1,7 @@
 //! What a run found out.
 
 use crate::camera::Rectification;
-use crate::data::{Cloud, Gray, Landmarks, Match, Mesh};
+use crate::data::{Cloud, Gray, Landmarks, Match, Mesh, PatternKind};
 use crate::math::{Similarity, Vec3};
 use crate::pipeline::Params;
 use crate::render::Frame;
@@ -29,6 +29,8 @@ pub struct Reconstruction {
     pub rectification: Rectification,
     /// How level the photos' rows were found.
     pub rows: RowReport,
+    /// Kind of the projected pattern.
+    pub pattern: PatternKind,
     /// Dots found in the left and the right photo; for stripes, the edges matched.
     pub dots: [usize; 2],
     /// Depth maps of both photos, rectified, lighter is nearer (thesis Fig. 2.5).

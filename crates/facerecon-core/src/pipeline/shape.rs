@@ -1,16 +1,15 @@
-//! The shape of the face: the generic head bent to the points, or the measured surface itself.
+//! The shape of the face: the template deformed to the points, or the measured surface itself.
 
-use super::inputs::{self, Points};
+use super::inputs;
+use super::measured::{Measured, Points};
 use super::run::Run;
-use crate::camera::RectifiedRig;
-use crate::data::{CloudFrame, Landmarks, Match, Mesh};
+use crate::data::{CloudFrame, Landmarks, Mesh};
 use crate::math::{Mat3, Similarity, Vec2, Vec3, median};
 use crate::observer::{Artifact, Observer};
 use crate::pipeline::Error;
 use crate::pipeline::Params;
 use crate::spatial::SurfaceIndex;
 use crate::stages::deform::{DeformInput, deform};
-use crate::stages::refine::Refined;
 use crate::stages::register::{RegisterError, Registration};
 use crate::stages::surface::{Surface, SurfaceInput, surface};
 use crate::stages::triangulate::ModelUnits;
@@ -29,9 +28,9 @@ pub(super) struct Shape {
     pub(super) model_from_camera: Similarity,
 }
 
-/// The generic head, bent to the registered points.
-pub(super) fn bent_head(
-    run: &mut Run<'_>,
+/// The template, deformed to the registered points.
+pub(super) fn deformed(
+    run: &Run<'_>,
     template: &Template,
     points: &Points,
     pose: Registration,
@@ -40,18 +39,18 @@ pub(super) fn bent_head(
 ) -> Result<Shape, Error> {
     let (head, model_from_camera) = inputs::to_scale(template, &pose, metric);
     let registered = points.all.transformed(&model_from_camera);
-    run.observer.artifact("register", "head", Artifact::Mesh(&head));
-    run.observer.artifact("register", "cloud", Artifact::Points(&registered.points));
+    run.artifact("register", "head", Artifact::Mesh(&head));
+    run.artifact("register", "cloud", Artifact::Points(&registered.points));
     let input = DeformInput {
         template: &head,
         data: &registered,
         assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
         features: &inputs::feature_goals(&points.features, template, &model_from_camera),
     };
-    let bent = run.stage("deform", |o| deform(&input, &params.deform, o))?;
-    run.observer.artifact("deform", "mesh", Artifact::Mesh(&bent.mesh));
+    let fitted = run.stage("deform", |o| deform(&input, &params.deform, o))?;
+    run.artifact("deform", "mesh", Artifact::Mesh(&fitted.mesh));
     Ok(Shape {
-        mesh: bent.mesh,
+        mesh: fitted.mesh,
         landmarks: template.landmarks.clone(),
         reference: input.assignments.iter().map(|a| a.1).collect(),
         on_mesh: pose.inliers.clone(),
@@ -60,48 +59,34 @@ pub(super) fn bent_head(
     })
 }
 
-/// What the surface is made of.
-pub(super) struct Measured<'a> {
-    pub(super) matches: &'a [Match],
-    pub(super) dense: Option<&'a Refined>,
-    /// Where points lie in the camera's frame.
-    pub(super) rig: Option<&'a RectifiedRig>,
-    /// Matches and marked features, which set the scale where they do not.
-    pub(super) all_matches: &'a [Match],
-    /// Frame of the points.
-    pub(super) frame: CloudFrame,
+/// The measured surface in the frame of the points.
+fn mesh_surface(
+    measured: &Measured<'_>,
+    template: &Template,
+    on_subject: &[usize],
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Surface, Error> {
+    let middle = |p: Vec2, d: f64| p - Vec2::new(0.5 * d, 0.0);
+    let units = match measured.rig {
+        None => Some(ModelUnits::new(measured.all_matches, &template.mesh)?),
+        Some(_) => None,
+    };
+    let input = SurfaceInput {
+        disparity: measured.dense.map(|d| &d.disparity),
+        matches: measured.matches,
+        on_subject,
+        place: &|p, d| match (measured.rig, &units) {
+            (Some(rig), _) => rig.point(p, d),
+            (None, units) => units.as_ref()?.point(middle(p, d), d),
+        },
+    };
+    Ok(surface(&input, &params.surface, observer)?)
 }
 
-impl Measured<'_> {
-    /// The measured surface in the frame of the points.
-    pub(super) fn surface(
-        &self,
-        template: &Template,
-        on_subject: &[usize],
-        params: &Params,
-        observer: &dyn Observer,
-    ) -> Result<Surface, Error> {
-        let middle = |p: Vec2, d: f64| p - Vec2::new(0.5 * d, 0.0);
-        let units = match self.rig {
-            None => Some(ModelUnits::new(self.all_matches, &template.mesh)?),
-            Some(_) => None,
-        };
-        let input = SurfaceInput {
-            disparity: self.dense.map(|d| &d.disparity),
-            matches: self.matches,
-            on_subject,
-            place: &|p, d| match (self.rig, &units) {
-                (Some(rig), _) => rig.point(p, d),
-                (None, units) => units.as_ref()?.point(middle(p, d), d),
-            },
-        };
-        Ok(surface(&input, &params.surface, observer)?)
-    }
-}
-
-/// The measured surface; without a registration in a frame made of the camera's.
+/// The measured surface. Without a registration it is in the camera frame, turned to the viewer.
 pub(super) fn measured(
-    run: &mut Run<'_>,
+    run: &Run<'_>,
     template: &Template,
     points: &Points,
     pose: Result<Registration, Error>,
@@ -111,27 +96,31 @@ pub(super) fn measured(
     let pose = match pose {
         Ok(pose) => Some(pose),
         Err(error) if error.stage_error::<RegisterError>().is_some() && !error.is_cancelled() => {
-            run.warn(&[format!(
-                "the surface is not in the frame of the generic head, but turned to look at the \
-                 viewer as the left camera sees it, its middle at the origin: {error}"
-            )]);
+            run.warn(
+                "register",
+                &format!(
+                    "the surface is not in the model frame: it faces the viewer as the left camera \
+                     sees it, with its centre at the origin ({error})"
+                ),
+            );
             None
         }
         Err(error) => return Err(error),
     };
     let metric = measured.frame.is_metric();
     let on_subject = pose.as_ref().map_or(&[][..], |p| &p.inliers);
-    let found = run.stage("surface", |o| measured.surface(template, on_subject, params, o))?;
+    let found =
+        run.stage("surface", |o| mesh_surface(measured, template, on_subject, params, o))?;
     let model_from_camera = match &pose {
         Some(pose) => inputs::to_scale(template, pose, metric).1,
-        None if measured.frame != CloudFrame::Model => facing_viewer(&found.mesh),
+        None if measured.frame != CloudFrame::Model => turned_to_viewer(&found.mesh),
         // model units lie about the generic head already
         None => Similarity::identity(),
     };
     let mesh = found.mesh.transformed(&model_from_camera);
     let dots = points.dots.transformed(&model_from_camera);
     Ok(Shape {
-        on_mesh: near(&dots.points, &mesh),
+        on_mesh: near_mesh(&dots.points, &mesh),
         mesh,
         landmarks: Landmarks::default(),
         reference: Vec::new(),
@@ -141,14 +130,14 @@ pub(super) fn measured(
 }
 
 /// The camera's axes (y down, z away) turned to the model's, the mesh's middle at the origin.
-fn facing_viewer(mesh: &Mesh) -> Similarity {
+fn turned_to_viewer(mesh: &Mesh) -> Similarity {
     let turn = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
     let middle = mesh.bounds().map_or(Vec3::zeros(), |(low, high)| (low + high) / 2.0);
     Similarity::rigid(turn, -(turn * middle))
 }
 
 /// Numbers of the points within three edges' length of a mesh.
-fn near(points: &[Vec3], mesh: &Mesh) -> Vec<usize> {
+fn near_mesh(points: &[Vec3], mesh: &Mesh) -> Vec<usize> {
     let edges: Vec<f64> = (0..mesh.faces.len())
         .map(|face| mesh.corners(face))
         .map(|[a, b, _]| (b - a).norm())

@@ -1,21 +1,19 @@
 //! Parts of the pipeline that make sense alone: for the commands and functions of single stages.
+//! Warnings are events of the observer.
 
 use super::inputs;
 pub use super::inputs::{feature_goals, feature_points, to_scale};
-use super::reconstruct;
+pub use super::matching::detect_dots;
+use super::matching::match_photos;
 use super::run::Run;
+use super::{Error, Params, reconstruct};
 use crate::camera::Rectification;
-use crate::data::{Capture, Gray, Match, Mesh, PatternKind, Rgb};
+use crate::data::{Capture, Match, Mesh};
 use crate::math::{Similarity, Vec2, Vec3};
-use crate::observer::{Artifact, Observer};
-use crate::pipeline::Error;
-use crate::pipeline::Params;
+use crate::observer::Observer;
 use crate::render::Frame;
 use crate::spatial::SurfaceIndex;
-use crate::stages::correspond::{Correspondence, correspond, correspond_stripes};
-use crate::stages::detect::{DetectMethod, Detection, detect};
-use crate::stages::filter::filter;
-use crate::stages::rectify::{Rectified, rectify};
+use crate::stages::rectify::rectify;
 use crate::stages::surface::SurfaceMethod;
 use crate::stages::texture::{Texture, TextureInput, TextureMethod, texture};
 use crate::stages::triangulate::{TriangulateMethod, TriangulateParams, Triangulated, triangulate};
@@ -30,40 +28,6 @@ pub struct Matched {
     pub rectification: Rectification,
     /// Dots found in the left and the right photo; for stripes, the edges matched.
     pub dots: [usize; 2],
-    /// What the user should know.
-    pub warnings: Vec<String>,
-}
-
-/// The dots of one photo: after the thesis's preprocessing where `detect.method` is `thin`, else
-/// from the photo itself.
-///
-/// # Errors
-/// Those of the stages filter and detect.
-pub fn dots(image: &Gray, params: &Params, observer: &dyn Observer) -> Result<Detection, Error> {
-    let found = if params.detect.method == DetectMethod::Thin {
-        let filtered = filter(image, &params.filter, observer)?;
-        detect(&filtered.binary, &params.detect, observer)?
-    } else {
-        detect(image, &params.detect, observer)?
-    };
-    let places: Vec<Vec3> = found.dots.iter().map(|d| d.position.push(0.0)).collect();
-    observer.artifact("detect", "dots", Artifact::Points(&places));
-    Ok(found)
-}
-
-/// The matches of a capture of stripes.
-///
-/// # Errors
-/// Those of the stage correspond.
-pub fn stripes(
-    level: &Rectified,
-    params: &Params,
-    observer: &dyn Observer,
-) -> Result<Correspondence, Error> {
-    let rig = level.rectification.rig.as_ref();
-    let empty = [Rgb::filled(0, 0, [0; 3]), Rgb::filled(0, 0, [0; 3])];
-    let [left, right] = level.colors.as_ref().unwrap_or(&empty);
-    Ok(correspond_stripes([left, right], rig, &params.correspond.stripes, observer)?)
 }
 
 /// Rectify, detect, correspond.
@@ -75,24 +39,14 @@ pub fn find_matches(
     params: &Params,
     observer: &dyn Observer,
 ) -> Result<Matched, Error> {
-    let mut run = Run::new(observer);
-    let level: Rectified = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
-    let (found, dots) = match capture.pattern.kind {
-        PatternKind::Stripes => {
-            let found = run.stage("correspond", |o| stripes(&level, params, o))?;
-            let count = found.matches.len();
-            (found, [count; 2])
-        }
-        PatternKind::Dots => {
-            let left = run.stage("detect", |o| dots(&level.left, params, o))?;
-            let right = run.stage("detect", |o| dots(&level.right, params, o))?;
-            let input = inputs::correspond(capture, &level, &left, &right);
-            let found = run.stage("correspond", |o| correspond(&input, &params.correspond, o))?;
-            (found, [left.dots.len(), right.dots.len()])
-        }
-    };
-    let warnings = level.warnings.iter().chain(&found.warnings).cloned().collect();
-    Ok(Matched { matches: found.matches, rectification: level.rectification, dots, warnings })
+    let run = Run::new(observer);
+    let rectified = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
+    let found = match_photos(&run, capture, &rectified, params)?;
+    Ok(Matched {
+        matches: found.correspondence.matches,
+        rectification: rectified.rectification,
+        dots: found.counts,
+    })
 }
 
 /// The features marked in a calibrated capture, with their places in the camera frame, mm.
@@ -132,8 +86,6 @@ pub struct MeasuredSurface {
     pub mesh: Mesh,
     /// Whether lengths are true.
     pub metric: bool,
-    /// What the user should know.
-    pub warnings: Vec<String>,
 }
 
 /// The measured surface of a capture alone: a reconstruction with `surface.method` (`none` counts
@@ -156,7 +108,7 @@ pub fn measure_surface(
     }
     let found = reconstruct(&pair, template, &params, observer)?;
     let mesh = found.mesh_in(Frame::Camera);
-    Ok(MeasuredSurface { mesh, metric: found.metric, warnings: found.warnings })
+    Ok(MeasuredSurface { mesh, metric: found.metric })
 }
 
 /// Points from pairs in the photos' own pixels.
@@ -185,10 +137,11 @@ pub fn triangulate_photo_pairs(
     Ok(triangulate(&matches, rig, &template.mesh, &params.triangulate, observer)?)
 }
 
-/// Measured points that belong to a mesh lie at most this far from it.
+/// Greatest distance of a measured point that belongs to a mesh, mm: more than a fitted mesh is off
+/// anywhere on the face, less than the distance to the background.
 const NEAR_MM: f64 = 10.0;
 
-/// Numbers of the points that lie near a mesh.
+/// Indices of the points near a mesh.
 fn near_mesh(points: &[Vec3], mesh: &Mesh) -> Vec<usize> {
     let index = SurfaceIndex::new(mesh);
     let near = |p: &Vec3| index.as_ref().is_some_and(|i| i.closest_within(p, NEAR_MM).is_some());
@@ -219,7 +172,7 @@ pub fn texture_mesh(
                 .into(),
         ));
     }
-    stands_before(capture, mesh)?;
+    require_in_view(capture, mesh)?;
     let in_place = Similarity::identity();
     let mut photos = inputs::photos(capture, plain, &in_place);
     if params.texture.method == TextureMethod::Scanline {
@@ -236,8 +189,8 @@ pub fn texture_mesh(
     Ok(texture(&input, &params.texture, observer)?)
 }
 
-/// Checks that a mesh is where the cameras look.
-fn stands_before(capture: &Capture, mesh: &Mesh) -> Result<(), Error> {
+/// Checks that a mesh lies in the field of view of the left camera.
+fn require_in_view(capture: &Capture, mesh: &Mesh) -> Result<(), Error> {
     let Some(rig) = &capture.rig else { return Ok(()) };
     let (width, height) = capture.left.size();
     let seen = |v: &&Vec3| {

@@ -61,19 +61,19 @@ pub fn widened(image: &Rgb) -> Rgb {
     })
 }
 
-/// A mesh in plaster colour with a small blue stud at each point.
-pub fn studded(mesh: &Mesh, points: &[Vec3]) -> Mesh {
-    const PLASTER: [u8; 3] = [226, 216, 206];
-    const STUD: [u8; 3] = [38, 110, 190];
-    const RADIUS: f64 = 1.1;
+/// A mesh in one light colour with a small blue octahedron at each point (mm, the mesh's frame).
+pub(super) fn with_point_markers(mesh: &Mesh, points: &[Vec3]) -> Mesh {
+    const SURFACE: [u8; 3] = [226, 216, 206];
+    const MARKER: [u8; 3] = [38, 110, 190];
+    const RADIUS_MM: f64 = 1.1;
     let mut all = Mesh { vertices: mesh.vertices.clone(), ..Mesh::default() };
     all.faces.clone_from(&mesh.faces);
-    all.colors = vec![PLASTER; mesh.vertices.len()];
+    all.colors = vec![SURFACE; mesh.vertices.len()];
     for p in points.iter().filter(|p| p.iter().all(|v| v.is_finite())) {
         let first = all.vertices.len() as u32;
         let axes = [Vec3::x(), Vec3::y(), -Vec3::x(), -Vec3::y(), Vec3::z(), -Vec3::z()];
-        all.vertices.extend(axes.map(|a| p + a * RADIUS));
-        all.colors.extend([STUD; 6]);
+        all.vertices.extend(axes.map(|a| p + a * RADIUS_MM));
+        all.colors.extend([MARKER; 6]);
         for k in 0..4 {
             let next = (k + 1) % 4;
             all.faces.push([first + k, first + next, first + 4]);

@@ -1,144 +1,151 @@
-//! The parts a page is put together from.
+//! What the page's template is filled with.
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
+use askama::Template;
 use rayon::prelude::*;
 
-use crate::data::{Mesh, Rgb};
-use crate::io;
-use crate::render::{Mode, Scene, Studio, View};
+use super::pictures::data_url;
+use crate::data::Rgb;
+use crate::pipeline::Error;
 
-pub(super) const STYLE: &str = "\
-:root{--ink:#1c2733;--soft:#57606a;--line:#d8dee4;--pale:#f6f8fa;--accent:#2166ac}\
-body{font:15px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif;margin:2rem auto;max-width:1140px;padding:0 1.2rem;color:var(--ink)}\
-h1{font-size:1.7rem;margin:0}h2{font-size:1.2rem;margin:2.6rem 0 .8rem;border-bottom:1px solid var(--line);padding-bottom:.3rem}\
-h3{font-size:1rem;margin:1.4rem 0 .5rem}p{margin:.35rem 0;max-width:52rem}.soft,figcaption{color:var(--soft)}\
-.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:.7rem;margin:1.2rem 0}\
-.fact{background:var(--pale);border-radius:8px;padding:.6rem .9rem}.fact b{display:block;font-size:1.25rem;font-weight:600;color:var(--accent);font-variant-numeric:tabular-nums}\
-.row{display:grid;gap:.9rem;align-items:start}.two{grid-template-columns:repeat(2,minmax(0,1fr))}.three{grid-template-columns:repeat(3,minmax(0,1fr))}.four{grid-template-columns:repeat(4,minmax(0,1fr))}\
-figure{margin:0}figcaption{font-size:.85rem;line-height:1.4;margin-top:.3rem}img,svg{display:block;width:100%;height:auto;border-radius:6px}\
-table{border-collapse:collapse}td{padding:.15rem 1.2rem .15rem 0}td.n{text-align:right;font-variant-numeric:tabular-nums}\
-td.bar{width:22rem}td.bar div{background:var(--accent);opacity:.75;height:.7rem;border-radius:3px}\
-.warning{background:#fff8e5;border-left:4px solid #d4a72c;padding:.45rem .9rem;margin:.5rem 0;border-radius:0 6px 6px 0}\
-details{margin:2rem 0}summary{cursor:pointer;font-weight:600}pre{background:var(--pale);padding:1rem;overflow:auto;font-size:.8rem;border-radius:6px}\
-@media(max-width:720px){.two,.three,.four{grid-template-columns:1fr}}";
+/// The whole page.
+#[derive(Template)]
+#[template(path = "report.html")]
+pub(super) struct Page {
+    pub(super) subtitle: String,
+    pub(super) facts: Vec<Fact>,
+    pub(super) summary: Vec<String>,
+    pub(super) warnings: Vec<String>,
+    pub(super) sections: Vec<Section>,
+    pub(super) times: Vec<Time>,
+    pub(super) total_ms: String,
+    pub(super) params: String,
+}
 
-/// Photographs are shown no wider than this, pixels.
-pub(super) const WIDEST: usize = 1024;
+/// A number with its name.
+pub(super) struct Fact {
+    pub(super) value: String,
+    pub(super) name: &'static str,
+}
+
+/// The time of a stage, and its share of the longest one's.
+pub(super) struct Time {
+    pub(super) stage: String,
+    pub(super) ms: String,
+    pub(super) percent: String,
+}
+
+/// A heading with rows of pictures and plots.
+pub(super) struct Section {
+    pub(super) title: &'static str,
+    /// Whether the section shows one stage, and its heading is of the second level.
+    pub(super) is_stage: bool,
+    pub(super) text: &'static str,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Section {
+    pub(super) fn new(title: &'static str, rows: Vec<RowBuilder>) -> Self {
+        let rows = rows.into_iter().filter_map(RowBuilder::build).collect();
+        Self { title, is_stage: false, text: "", rows }
+    }
+
+    pub(super) fn of_stage(title: &'static str, rows: Vec<RowBuilder>) -> Self {
+        Self { is_stage: true, ..Self::new(title, rows) }
+    }
+}
 
 /// Pictures and plots side by side.
 pub(super) struct Row {
-    class: &'static str,
-    cells: Vec<Cell>,
+    pub(super) columns: usize,
+    pub(super) cells: Vec<Cell>,
 }
 
-enum Cell {
+/// A picture as a data URL, or a plot as SVG.
+pub(super) enum Cell {
+    Picture { source: String, caption: String },
+    Plot(String),
+}
+
+enum RawCell {
     Picture(Rgb, String),
     Plot(String),
 }
 
-impl Row {
-    /// A row of `two`, `three` or `four` columns.
-    pub(super) fn new(class: &'static str) -> Self {
-        Self { class, cells: Vec::new() }
+/// Collects the pictures of a row, so that they are encoded in parallel.
+pub(super) struct RowBuilder {
+    columns: usize,
+    cells: Vec<RawCell>,
+}
+
+impl RowBuilder {
+    /// A row of 2 to 4 columns.
+    pub(super) fn new(columns: usize) -> Self {
+        Self { columns, cells: Vec::new() }
     }
 
     pub(super) fn picture(&mut self, image: Rgb, caption: impl Into<String>) {
-        self.cells.push(Cell::Picture(image, caption.into()));
+        self.cells.push(RawCell::Picture(image, caption.into()));
     }
 
+    /// Adds a plot; an empty one is left out.
     pub(super) fn plot(&mut self, svg: String) {
-        self.cells.push(Cell::Plot(svg));
+        if !svg.is_empty() {
+            self.cells.push(RawCell::Plot(svg));
+        }
     }
 
-    /// Puts the row on the page; without cells there is none.
-    pub(super) fn end(self, page: &mut String) {
-        if self.cells.is_empty() {
-            return;
-        }
-        let coded: Vec<String> = self.cells.into_par_iter().map(Cell::html).collect();
-        page.push_str(&format!("<div class=\"row {}\">{}</div>\n", self.class, coded.concat()));
+    /// The row with encoded pictures; `None` without cells.
+    fn build(self) -> Option<Row> {
+        let cells: Vec<Cell> = self.cells.into_par_iter().filter_map(RawCell::encoded).collect();
+        (!cells.is_empty()).then_some(Row { columns: self.columns, cells })
     }
 }
 
-impl Cell {
-    fn html(self) -> String {
+impl RawCell {
+    fn encoded(self) -> Option<Cell> {
         match self {
-            Self::Plot(svg) => svg,
-            Self::Picture(image, caption) => embedded(&image).map_or_else(String::new, |source| {
-                format!(
-                    "<figure><img alt=\"{0}\" src=\"{source}\"><figcaption>{0}</figcaption></figure>",
-                    escape(&caption)
-                )
-            }),
-        }
-    }
-}
-
-/// A picture as an address that holds it: as PNG, or where that takes more than a byte a pixel, as
-/// photographs do, as JPEG.
-fn embedded(image: &Rgb) -> Option<String> {
-    let png = io::encode_png(image).ok()?;
-    let (kind, bytes) = if png.len() > image.data().len() {
-        ("jpeg", io::encode_jpeg(image, 90).ok()?)
-    } else {
-        ("png", png)
-    };
-    Some(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes)))
-}
-
-/// A mesh ready to be drawn as a plaster cast.
-pub(super) fn cast(mesh: &Mesh) -> Option<Studio<'_>> {
-    Studio::new(&Scene::new(mesh), Mode::Shaded).ok()
-}
-
-/// A view of a mesh; a mesh that cannot be drawn leaves a plain tile.
-pub(super) fn drawn(studio: Option<&Studio<'_>>, view: View) -> Rgb {
-    const SIDE: usize = 370;
-    studio
-        .and_then(|s| s.picture(view, None, (SIDE, SIDE)).ok())
-        .unwrap_or_else(|| Rgb::filled(SIDE, SIDE, [230, 230, 230]))
-}
-
-/// A picture at most `side` wide, by averaging whole blocks.
-pub(super) fn shrunk(image: &Rgb, side: usize) -> Rgb {
-    let k = factor(image.width(), side);
-    if k == 1 {
-        return image.clone();
-    }
-    Rgb::par_from_fn(image.width() / k, image.height() / k, |x, y| {
-        let mut sum = [0u32; 3];
-        for dy in 0..k {
-            for dx in 0..k {
-                let p = image.at(x * k + dx, y * k + dy);
-                (0..3).for_each(|c| sum[c] += u32::from(p[c]));
+            Self::Plot(svg) => Some(Cell::Plot(svg)),
+            Self::Picture(image, caption) => {
+                data_url(&image).map(|source| Cell::Picture { source, caption })
             }
         }
-        sum.map(|s| (s / (k * k) as u32) as u8)
-    })
+    }
 }
 
-/// Pixels that become one where a picture is to be at most `side` wide.
-pub(super) fn factor(width: usize, side: usize) -> usize {
-    width.div_ceil(side).max(1)
-}
-
-pub(super) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// Fills a page's template.
+pub(in crate::output) fn render(page: &impl Template, name: &str) -> Result<String, Error> {
+    page.render().map_err(|fault| Error::Input(format!("{name}: {fault}")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn text_from_files_cannot_become_markup() {
-        assert_eq!(escape("<script>\"&\""), "&lt;script&gt;&quot;&amp;&quot;");
+    fn page_with(text: &str) -> String {
+        let page = Page {
+            subtitle: text.to_owned(),
+            facts: Vec::new(),
+            summary: Vec::new(),
+            warnings: vec![text.to_owned()],
+            sections: Vec::new(),
+            times: Vec::new(),
+            total_ms: "0".into(),
+            params: text.to_owned(),
+        };
+        render(&page, "report.html").unwrap()
     }
 
     #[test]
-    fn shrinking_averages_blocks() {
-        let image = Rgb::from_fn(4, 2, |x, _| [if x < 2 { 0 } else { 200 }, 10, 20]);
-        assert_eq!(shrunk(&image, 2).data(), [[0, 10, 20], [200, 10, 20]]);
+    fn text_from_files_cannot_become_markup() {
+        let html = page_with("<script>\"&\"");
+        assert!(!html.contains("<script>"), "{html}");
+        assert_eq!(html.matches("script&#62;&#34;&#38;&#34;").count(), 3, "{html}");
+    }
+
+    #[test]
+    fn a_row_without_cells_is_left_out() {
+        let mut empty = RowBuilder::new(2);
+        empty.plot(String::new());
+        assert!(Section::new("Empty", vec![empty]).rows.is_empty());
     }
 }

@@ -1,8 +1,8 @@
-//! Plots as SVG (the thesis used JFreeChart, section 6.1).
+//! Plots as SVG (the thesis draws them with JFreeChart, section 6.1).
 
 use plotters::prelude::*;
 
-/// Pixels of a wide plot, half a page; and of one as high as it is wide, a third of a page.
+/// Width and height of a plot that takes half the page, and of a square one that takes a third, px.
 const WIDE: (u32, u32) = (560, 300);
 const SQUARE: (u32, u32) = (400, 400);
 const LINE: RGBColor = RGBColor(33, 102, 172);
@@ -21,10 +21,10 @@ pub fn convergence(title: &str, y_label: &str, history: &[f64], first: usize) ->
     if finite.is_empty() {
         return String::new();
     }
-    // a descent of a few per cent would be a flat line on an axis from zero
+    // on an axis from zero, a decrease of a few per cent would look like a flat line
     let (low, high) = finite.iter().fold((f64::MAX, f64::MIN), |m, p| (m.0.min(p.1), m.1.max(p.1)));
-    let foot = if low > 0.5 * high { low - 0.25 * (high - low) } else { 0.0f64.min(low) };
-    let top = high + 0.06 * (high - foot) + 1e-9 * high.abs() + 1e-12;
+    let bottom = if low > 0.5 * high { low - 0.25 * (high - low) } else { 0.0f64.min(low) };
+    let top = high + 0.06 * (high - bottom) + 1e-9 * high.abs() + 1e-12;
     let (start, last) = (first as f64, finite.last().map_or(1.0, |p| p.0));
     svg(SQUARE, |area| {
         let mut chart = ChartBuilder::on(area)
@@ -32,7 +32,7 @@ pub fn convergence(title: &str, y_label: &str, history: &[f64], first: usize) ->
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(64)
-            .build_cartesian_2d(start..last.max(start + 1.0), foot..top)?;
+            .build_cartesian_2d(start..last.max(start + 1.0), bottom..top)?;
         chart
             .configure_mesh()
             .x_desc("step")
@@ -53,7 +53,7 @@ pub fn histogram(title: &str, x_label: &str, values: &[f64], bins: usize) -> Str
     let finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let low = finite.iter().copied().fold(f64::INFINITY, f64::min);
     let high = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // whole numbers get a bin each (or each so many), so that none stands empty between them
+    // bins of whole numbers have a whole width: otherwise every few bins one would be empty
     let whole = finite.iter().all(|v| v.fract() == 0.0 && v.abs() < 1e9);
     let step = ((high - low + 1.0) / bins as f64).ceil();
     let (low, bins) =
@@ -100,7 +100,7 @@ fn svg(
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        // Drawing into a string cannot fail but for a chart without room, which has no picture.
+        // Drawing into a string cannot fail except for a chart without space; then there is no plot.
         if area.fill(&WHITE).is_err() || draw(&area).is_err() || area.present().is_err() {
             return String::new();
         }

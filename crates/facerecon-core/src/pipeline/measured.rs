@@ -1,0 +1,28 @@
+//! What a run measured, before any shape is fitted to it.
+
+use crate::camera::RectifiedRig;
+use crate::data::{Cloud, CloudFrame, Match};
+use crate::math::Vec3;
+use crate::stages::refine::Refined;
+
+/// What was measured: the input of the surface.
+pub(super) struct Measured<'a> {
+    pub(super) matches: &'a [Match],
+    pub(super) dense: Option<&'a Refined>,
+    /// Where points lie in the camera's frame.
+    pub(super) rig: Option<&'a RectifiedRig>,
+    /// Matches and marked features, which set the scale where they do not.
+    pub(super) all_matches: &'a [Match],
+    /// Frame of the points.
+    pub(super) frame: CloudFrame,
+}
+
+/// The points of a run: those of the matches, those of the marked features, and all measured.
+pub(super) struct Points {
+    /// One for each match.
+    pub(super) dots: Cloud,
+    /// All that were measured: the dense surface where there is one, else the dots.
+    pub(super) all: Cloud,
+    /// Marked features with their names.
+    pub(super) features: Vec<(String, Vec3)>,
+}
