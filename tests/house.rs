@@ -1,14 +1,21 @@
-//! The house keeps its floors: dependencies point down only, stages do not know each other, and
-//! no file is longer than one sitting.
-#![allow(clippy::unwrap_used)] // also the helpers of tests may stop a test
+//! The structure of the core: dependencies point down only, no two files import each other, stages
+//! do not import each other, methods stay with their types, and files stay short.
+#![allow(clippy::unwrap_used)] // a test may stop
 
+#[path = "support/imports.rs"]
+mod imports;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const LONGEST_FILE: usize = 400;
+use imports::{Sources, expand_uses};
 
-/// Floors of the core's modules, lowest first (docs/architecture.md).
-const FLOORS: &[&[&str]] = &[
+/// Longest file that can be read in one sitting, lines.
+const MAX_FILE_LINES: usize = 400;
+
+/// Layers of the core's modules, lowest first (docs/architecture.md).
+const LAYERS: &[&[&str]] = &[
     &["settings", "math", "camera"],
     &["data", "spatial", "observer"],
     &["io", "template", "render"],
@@ -20,6 +27,10 @@ const FLOORS: &[&[&str]] = &[
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+}
+
+fn core() -> Sources {
+    Sources::read(&root().join("crates/facerecon-core/src"))
 }
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -39,90 +50,133 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The top-level modules of the core that a source text names as `crate::NAME`.
-fn named_modules(text: &str) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for part in text.split("crate::").skip(1) {
-        if let Some(inner) = part.strip_prefix('{') {
-            let inner = &inner[..inner.find('}').unwrap_or(inner.len())];
-            names.extend(inner.split(',').map(|n| n.trim().split("::").next().unwrap().to_owned()));
-        } else {
-            names.push(part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect());
-        }
-    }
-    names.sort();
-    names.dedup();
-    names
+fn layer_of(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|layer| layer.contains(&module))
 }
 
-fn floor_of(module: &str) -> Option<usize> {
-    FLOORS.iter().position(|floor| floor.contains(&module))
-}
-
-#[test]
-fn dependencies_point_down_only() {
-    let source = root().join("crates/facerecon-core/src");
-    let mut faults = Vec::new();
-    for file in rust_files(&source) {
-        let relative = file.strip_prefix(&source).unwrap().to_owned();
-        let parts: Vec<_> =
-            relative.components().map(|c| c.as_os_str().to_string_lossy()).collect();
-        let module = parts[0].trim_end_matches(".rs").to_owned();
-        if module == "lib" {
-            continue;
-        }
-        let Some(own) = floor_of(&module) else {
-            faults.push(format!("{}: module {module} stands on no floor", relative.display()));
-            continue;
-        };
-        let text = fs::read_to_string(&file).unwrap();
-        for name in named_modules(&text) {
-            if floor_of(&name).is_some_and(|floor| floor > own) {
-                faults.push(format!("{}: floor {own} names crate::{name}", relative.display()));
-            }
-        }
-        if module == "stages" && parts.len() > 1 {
-            let own_stage = parts[1].trim_end_matches(".rs");
-            for other in text.split("stages::").skip(1) {
-                let name: String =
-                    other.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-                if name != own_stage {
-                    faults.push(format!("{}: a stage names stage {name}", relative.display()));
-                }
-            }
-        }
-    }
+fn assert_none(faults: &[String]) {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 #[test]
-fn no_file_is_longer_than_one_sitting() {
-    let root = root();
-    let long: Vec<String> = [root.join("crates"), root.join("tests")]
-        .iter()
-        .flat_map(|folder| rust_files(folder))
-        .filter_map(|file| {
-            let lines = fs::read_to_string(&file).unwrap().lines().count();
-            (lines > LONGEST_FILE).then(|| format!("{}: {lines} lines", file.display()))
-        })
-        .collect();
-    assert!(long.is_empty(), "longer than {LONGEST_FILE} lines:\n{}", long.join("\n"));
+fn dependencies_point_down_only() {
+    let core = core();
+    let mut faults = Vec::new();
+    for (module, file) in core.modules() {
+        let Some(top) = module.first() else { continue };
+        let Some(own) = layer_of(top) else {
+            faults.push(format!("{}: module {top} is in no layer", file.display()));
+            continue;
+        };
+        for target in core.imports(module) {
+            let other = &target[0];
+            if layer_of(other).is_some_and(|layer| layer > own) {
+                faults.push(format!("{}: layer {own} imports {other}", file.display()));
+            }
+            let is_stage = top == "stages" && module.len() > 1;
+            if is_stage && other == "stages" && target.len() > 1 && target[1] != module[1] {
+                let allowed = target[1] == "error";
+                if !allowed {
+                    faults.push(format!("{}: imports the stage {}", file.display(), target[1]));
+                }
+            }
+        }
+    }
+    assert_none(&faults);
 }
 
 #[test]
-fn only_one_file_names_the_search_tree() {
+fn no_files_import_each_other() {
+    let core = core();
+    let graph: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> = core
+        .modules()
+        .map(|(module, _)| {
+            // the entry file of a folder declares what the folder's files share
+            let imports = core.imports(module);
+            (module.clone(), imports.into_iter().filter(|t| !module.starts_with(t)).collect())
+        })
+        .collect();
+    let circles = imports::circles(&graph);
+    let text = |circle: &Vec<Vec<String>>| {
+        circle.iter().map(|m| m.join("::")).collect::<Vec<_>>().join(", ")
+    };
+    assert_none(&circles.iter().map(text).collect::<Vec<_>>());
+}
+
+#[test]
+fn methods_stay_in_the_module_of_their_type() {
+    let core = core();
+    let mut faults = Vec::new();
+    for (module, file) in core.modules() {
+        for name in core.inherent_impls(module) {
+            let homes = core.definitions(&name);
+            let top = module.first();
+            if !homes.is_empty() && !homes.iter().any(|home| home.first() == top) {
+                faults.push(format!(
+                    "{}: impl {name}, which is defined in {}",
+                    file.display(),
+                    homes[0].join("::")
+                ));
+            }
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn no_file_is_too_long() {
+    let root = root();
+    let long: Vec<String> = ["crates", "tests", "tools"]
+        .iter()
+        .map(|folder| root.join(folder))
+        .filter(|folder| folder.is_dir())
+        .flat_map(|folder| rust_files(&folder))
+        .filter_map(|file| {
+            let lines = fs::read_to_string(&file).unwrap().lines().count();
+            (lines > MAX_FILE_LINES)
+                .then(|| format!("{}: {lines} lines, at most {MAX_FILE_LINES}", file.display()))
+        })
+        .collect();
+    assert_none(&long);
+}
+
+#[test]
+fn only_one_file_uses_the_search_tree() {
     let source = root().join("crates/facerecon-core/src");
-    let naming: Vec<_> = rust_files(&source)
+    let users: Vec<_> = rust_files(&source)
         .into_iter()
         .filter(|f| fs::read_to_string(f).unwrap().contains("kiddo::"))
         .map(|f| f.strip_prefix(&source).unwrap().to_owned())
         .collect();
-    assert_eq!(naming, [Path::new("spatial/points.rs")]);
+    assert_eq!(users, [Path::new("spatial/points.rs")]);
 }
 
 #[test]
-fn the_reader_of_imports_sees_what_is_there() {
-    let text = "use crate::math::Vec3;\nuse crate::{data::Mesh, io};\nfn f(m: crate::render::X) {}";
-    assert_eq!(named_modules(text), ["data", "io", "math", "render"]);
-    assert!(floor_of("io") > floor_of("data"));
+fn imports_are_read_from_every_form_of_use() {
+    let text = "use crate::math::Vec3;\npub use super::{a::B, c::{self, D as E}};\n\
+                fn f(m: crate::render::X) { super::g::h() }\n// use crate::not::This;";
+    let found: Vec<String> = expand_uses(text).iter().map(|p| p.join("::")).collect();
+    let expected = [
+        "crate::math::Vec3",
+        "crate::render::X",
+        "super::a::B",
+        "super::c::D",
+        "super::c::self",
+        "super::g::h",
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_circle_of_files_is_found() {
+    let module = |name: &str| vec![name.to_owned()];
+    let edges = |names: &[&str]| names.iter().map(|n| module(n)).collect::<BTreeSet<_>>();
+    let mut graph = BTreeMap::from([
+        (module("a"), edges(&["b"])),
+        (module("b"), edges(&["c"])),
+        (module("c"), edges(&[])),
+    ]);
+    assert!(imports::circles(&graph).is_empty());
+    graph.insert(module("c"), edges(&["a"]));
+    assert_eq!(imports::circles(&graph), [vec![module("a"), module("b"), module("c")]]);
 }
