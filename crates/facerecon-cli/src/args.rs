@@ -18,18 +18,18 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Print results and errors only, no progress.
+    /// Print results and errors only: no progress, no warnings.
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
     /// Print the result as JSON on stdout.
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// Number of threads; the result is the same for any [default: one a core].
+    /// Number of threads; the result does not depend on it [default: one per core].
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: Option<u16>,
 }
 
-/// Where the parameters come from: a profile, a file, single settings, in this order.
+/// Where the parameters come from: a profile, then a file, then single settings; later ones win.
 #[derive(Args, Clone, Default)]
 pub(crate) struct ParamArgs {
     /// Set of methods and defaults: `precise` or `facebuilder` [default: precise].
@@ -46,7 +46,7 @@ pub(crate) struct ParamArgs {
 /// What becomes the mesh.
 #[derive(Args, Clone, Copy, Default)]
 pub(crate) struct ShapeArgs {
-    /// Mesh the measured surface itself instead of bending a generic head; short for
+    /// Mesh the measured surface itself instead of deforming a generic head; short for
     /// `--set surface.method=auto`.
     #[arg(long)]
     pub(crate) surface: bool,
@@ -55,8 +55,8 @@ pub(crate) struct ShapeArgs {
 /// Which generic head is fitted.
 #[derive(Args, Clone, Default)]
 pub(crate) struct TemplateArgs {
-    /// Mesh to fit instead of the built-in head: a file with `NAME.landmarks.toml` beside it, or a
-    /// known one as `PRESET=FILE` (see `facerecon template list`).
+    /// Template to use instead of the built-in head: a mesh file with `NAME.landmarks.toml` beside
+    /// it, or `PRESET=FILE` for a known template (see `facerecon template list`).
     #[arg(long, value_name = "FILE")]
     pub(crate) template: Option<String>,
 }
@@ -73,24 +73,24 @@ pub(crate) struct CaptureArgs {
     /// Right photo with the pattern.
     #[arg(long, value_name = "IMAGE", requires = "left")]
     pub(crate) right: Option<PathBuf>,
-    /// Left photo without the pattern.
-    #[arg(long, value_name = "IMAGE", requires_all = ["left", "right_texture"])]
-    pub(crate) left_texture: Option<PathBuf>,
-    /// Right photo without the pattern.
-    #[arg(long, value_name = "IMAGE", requires_all = ["left", "left_texture"])]
-    pub(crate) right_texture: Option<PathBuf>,
-    /// Calibration of the rig (OpenCV YAML, XML or JSON); replaces the capture's own.
+    /// Left photo without the pattern (of the plain pair).
+    #[arg(long, alias = "left-texture", value_name = "IMAGE", requires_all = ["left", "right_plain"])]
+    pub(crate) left_plain: Option<PathBuf>,
+    /// Right photo without the pattern (of the plain pair).
+    #[arg(long, alias = "right-texture", value_name = "IMAGE", requires_all = ["left", "left_plain"])]
+    pub(crate) right_plain: Option<PathBuf>,
+    /// Calibration of the cameras (OpenCV YAML, XML or JSON); replaces that of the capture.
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
-    /// Dots a row of the projected pattern (`facerecon pattern`: 85) [default: the capture's].
+    /// Columns of the projected pattern (`facerecon pattern`: 85) [default: the capture's].
     #[arg(long, value_name = "N")]
     pub(crate) columns: Option<usize>,
-    /// Dots a column of the projected pattern (`facerecon pattern`: 64) [default: the capture's].
+    /// Rows of the projected pattern (`facerecon pattern`: 64) [default: the capture's].
     #[arg(long, value_name = "N")]
     pub(crate) rows: Option<usize>,
 }
 
-/// Frame of the resulting coordinates.
+/// Frame of the written coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FrameArg {
     /// x right, y up, z toward the viewer; the face looks along +z.
@@ -109,30 +109,31 @@ pub(crate) enum Command {
         /// Folder of the capture.
         dir: PathBuf,
     },
-    /// Say in words whether the photographs of a capture will do.
+    /// Check the photographs of a capture: whether they are good enough, and what to change.
     Check {
         #[command(flatten)]
         capture: CaptureArgs,
     },
     /// Reconstruct a capture: from photographs to a textured face.
     Reconstruct(ReconstructArgs),
-    /// Reconstruct many captures; finished ones are not done again.
+    /// Reconstruct many captures; finished ones are skipped.
     Batch(BatchArgs),
     /// Write the image to project.
     Pattern(PatternArgs),
-    /// Render a capture of a mesh under the projected pattern, with its truth.
+    /// Render a capture of a mesh under the projected pattern, with its ground truth.
     Simulate(SimulateArgs),
-    /// Thesis filters: equalise, sharpen, threshold a photo.
+    /// Filter a photo as in the thesis: equalise, sharpen, threshold.
     Filter(FilterArgs),
     /// Find the dots of one photo.
     Detect(DetectArgs),
-    /// Find the corresponding dots of a capture.
-    Match(StageArgs),
-    /// Points in space from a table of matches.
+    /// Match the dots of the left photo with those of the right.
+    #[command(visible_alias = "match")]
+    Correspond(StageArgs),
+    /// Compute points in space from a table of matches.
     Triangulate(TriangulateArgs),
-    /// Bring points to the generic head.
+    /// Align measured points with the generic head.
     Register(RegisterArgs),
-    /// Bend the generic head to registered points.
+    /// Deform the generic head to registered points.
     Deform(DeformArgs),
     /// Mesh the measured surface of a capture, without a generic head.
     Surface(SurfaceArgs),
@@ -140,11 +141,11 @@ pub(crate) enum Command {
     Smooth(SmoothArgs),
     /// Colour a mesh from the photographs of a capture.
     Texture(TextureArgs),
-    /// Picture of a mesh from named views.
+    /// Render a mesh from named views.
     Render(RenderArgs),
-    /// Distances between two meshes, as they lie and after alignment.
+    /// Measure distances between two meshes, before and after alignment.
     Compare(CompareArgs),
-    /// Facts of an image, mesh, calibration or capture, as JSON.
+    /// Print facts about an image, mesh, calibration or capture, as JSON.
     Info {
         /// The file or capture folder.
         file: PathBuf,
@@ -153,18 +154,18 @@ pub(crate) enum Command {
     Convert {
         /// Mesh to read.
         input: PathBuf,
-        /// Mesh to write; the ending says the format.
+        /// Mesh to write; the file extension sets the format.
         output: PathBuf,
     },
-    /// The built-in heads and the presets for known templates.
+    /// List or export the built-in heads and the presets for known templates.
     Template {
-        /// What to do with them.
+        /// What to do.
         #[command(subcommand)]
         action: TemplateAction,
     },
-    /// Print all parameters with their meaning, as TOML.
+    /// Print all parameters with documentation, as TOML.
     Params(ParamArgs),
-    /// Print the completions for a shell.
+    /// Print the completion script for a shell.
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
@@ -217,7 +218,7 @@ pub(crate) struct BatchArgs {
     /// Capture folders, or one folder that holds them.
     #[arg(required = true, value_name = "CAPTURE")]
     pub(crate) captures: Vec<PathBuf>,
-    /// Folder for the results, one folder a capture.
+    /// Folder for the results, one folder per capture.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Frame of the written coordinates.
@@ -245,13 +246,13 @@ pub(crate) struct PatternArgs {
 /// `facerecon simulate`.
 #[derive(Args)]
 pub(crate) struct SimulateArgs {
-    /// Mesh to photograph, in the model frame, mm [default: the built-in subject].
+    /// Mesh to photograph, model frame, mm [default: a simulated subject].
     #[arg(value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
     /// Capture folder to write.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Number of the built-in subject.
+    /// Number of the simulated subject.
     #[arg(long, default_value_t = 1)]
     pub(crate) subject: u64,
     /// One setting of the virtual rig, e.g. `distance_mm=1100`; may be repeated. `--set help` lists them.
@@ -262,18 +263,18 @@ pub(crate) struct SimulateArgs {
 /// `facerecon render`.
 #[derive(Args)]
 pub(crate) struct RenderArgs {
-    /// Mesh to picture.
+    /// Mesh to render.
     pub(crate) mesh: PathBuf,
     /// Views, side by side: front, three-quarter, profile ...
     #[arg(long, value_delimiter = ',', default_value = "front,three-quarter,profile")]
     pub(crate) view: Vec<String>,
-    /// How it is drawn: shaded, textured, lit (textured in studio light), wireframe or heat.
+    /// Render mode: shaded, textured, lit (textured in studio light), wireframe or heat.
     #[arg(long, default_value = "shaded")]
     pub(crate) mode: String,
-    /// Mesh to measure the heat map's distances against.
+    /// Mesh to which the distances of the heat map are measured.
     #[arg(long, value_name = "MESH")]
     pub(crate) against: Option<PathBuf>,
-    /// Pixels a view, width and height.
+    /// Width and height of each view, pixels.
     #[arg(long, default_value_t = 600, value_name = "PX")]
     pub(crate) size: usize,
     /// PNG to write.
@@ -284,22 +285,22 @@ pub(crate) struct RenderArgs {
 /// `facerecon compare`.
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Mesh whose surface is measured.
+    /// First mesh (A).
     pub(crate) a: PathBuf,
-    /// Mesh it is measured against.
+    /// Second mesh (B).
     pub(crate) b: PathBuf,
 }
 
 /// `facerecon template`.
 #[derive(Subcommand)]
 pub(crate) enum TemplateAction {
-    /// The built-in heads and the presets.
+    /// List the built-in heads and the presets.
     List,
     /// Write a built-in head with its landmarks.
     Export {
         /// `head` or `head-coarse`.
         name: String,
-        /// Mesh to write; `NAME.landmarks.toml` goes beside it.
+        /// Mesh to write; `NAME.landmarks.toml` is written beside it.
         #[arg(long, short, value_name = "MESH")]
         output: PathBuf,
     },

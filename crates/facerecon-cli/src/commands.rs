@@ -1,13 +1,14 @@
-//! One file a command; what they share is here.
+//! The commands, one file each or a few related ones together, and their shared helpers.
 
 mod batch;
 mod capture;
 mod compare;
 mod demo;
 mod info;
-mod maker;
+mod make;
 mod params;
-mod picture;
+mod pose;
+mod render;
 mod reconstruct;
 mod stage;
 mod template;
@@ -29,18 +30,18 @@ pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
         Command::Check { capture } => capture::check(capture, terminal),
         Command::Reconstruct(args) => reconstruct::reconstruct(args, terminal),
         Command::Batch(args) => batch::batch(args, terminal),
-        Command::Pattern(args) => maker::pattern(args, terminal),
-        Command::Simulate(args) => maker::simulate(args, terminal),
+        Command::Pattern(args) => make::pattern(args, terminal),
+        Command::Simulate(args) => make::simulate(args, terminal),
         Command::Filter(args) => stage::filter(args, terminal),
         Command::Detect(args) => stage::detect(args, terminal),
-        Command::Match(args) => stage::find_matches(args, terminal),
+        Command::Correspond(args) => stage::correspond(args, terminal),
         Command::Triangulate(args) => stage::triangulate(args, terminal),
         Command::Register(args) => stage::register(args, terminal),
         Command::Deform(args) => stage::deform(args, terminal),
         Command::Surface(args) => stage::surface(args, terminal),
         Command::Smooth(args) => stage::smooth(args, terminal),
         Command::Texture(args) => stage::texture(args, terminal),
-        Command::Render(args) => picture::render(args, terminal),
+        Command::Render(args) => render::render(args, terminal),
         Command::Compare(args) => compare::compare(args, terminal),
         Command::Info { file } => info::info(file, terminal),
         Command::Convert { input, output } => info::convert(input, output, terminal),
@@ -50,7 +51,7 @@ pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
     }
 }
 
-/// The parameters as the arguments ask for them.
+/// The parameters that the arguments select.
 fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
     let text = match &args.config {
         Some(path) => {
@@ -65,8 +66,8 @@ fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
     Ok(Params::load(args.profile.as_deref(), text.as_deref(), &sets)?)
 }
 
-/// The same for a whole reconstruction; a setting counts before the flag.
-fn load_params_of(args: &ParamArgs, shape: ShapeArgs) -> Result<Params, Failure> {
+/// The parameters of a reconstruction; `--set surface.method=...` overrides `--surface`.
+fn reconstruction_params(args: &ParamArgs, shape: ShapeArgs) -> Result<Params, Failure> {
     let mut args = args.clone();
     if shape.surface {
         args.set.insert(0, "surface.method=auto".into());
@@ -74,7 +75,7 @@ fn load_params_of(args: &ParamArgs, shape: ShapeArgs) -> Result<Params, Failure>
     load_params(&args)
 }
 
-/// Parts `NAME=VALUE`.
+/// Splits `NAME=VALUE` at the first `=`.
 fn split_settings(settings: &[String]) -> Result<Vec<(String, String)>, Failure> {
     settings
         .iter()
@@ -87,27 +88,27 @@ fn split_settings(settings: &[String]) -> Result<Vec<(String, String)>, Failure>
         .collect()
 }
 
-/// Checks that a result can lie in a folder before the work for it is done.
-fn free_folder(folder: &Path) -> Result<(), Failure> {
+/// Checks, before any work is done, that a folder can be made at this path.
+fn require_folder_path(folder: &Path) -> Result<(), Failure> {
     let file = folder.ancestors().find(|p| p.exists()).filter(|p| !p.is_dir());
     match file {
         Some(file) => {
-            let source = std::io::Error::other("a file of that name is there; a folder is wanted");
+            let source = std::io::Error::other("a file with this name exists, but a folder is expected");
             Err(IoError::Write { path: file.to_owned(), source }.into())
         }
         None => Ok(()),
     }
 }
 
-/// Checks that the name of a picture to write says PNG.
-fn named_png(path: &Path) -> Result<(), Failure> {
+/// Checks that the name of an image to write ends in `.png`.
+fn require_png_name(path: &Path) -> Result<(), Failure> {
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("png") => Ok(()),
-        _ => Err(Failure::usage(format!("{}: pictures are written as .png", path.display()))),
+        _ => Err(Failure::usage(format!("{}: images can only be written as .png; use a name that ends in .png", path.display()))),
     }
 }
 
-/// JSON for stdout.
+/// Indented JSON for stdout.
 fn to_json(value: &serde_json::Value) -> String {
     format!("{value:#}")
 }

@@ -1,4 +1,4 @@
-//! What went wrong, as the command line says it.
+//! Why a command failed, and its exit code.
 
 use facerecon_core::pipeline::Error;
 
@@ -6,7 +6,7 @@ use facerecon_core::pipeline::Error;
 pub(crate) enum Failure {
     /// The input could not be read or reconstructed: exit code 1.
     Input(Error),
-    /// The command was not called rightly: exit code 2.
+    /// Wrong usage of the command: exit code 2.
     Usage(String),
 }
 

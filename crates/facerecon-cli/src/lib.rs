@@ -17,12 +17,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match args::Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // clap prints help and version to stdout, mistakes to stderr
+            // clap prints help and version to stdout, usage errors to stderr
             let printed = error.print();
             return if printed.is_ok() && !error.use_stderr() { 0 } else { 2 };
         }
     };
-    let terminal = output::Terminal { quiet: cli.quiet, json: cli.json };
+    let terminal = output::Terminal::new(cli.quiet, cli.json);
     match in_threads(cli.threads, || commands::run(&cli, &terminal)) {
         Ok(()) => 0,
         Err(failure) => {
@@ -32,7 +32,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-/// Runs in a pool of as many threads as asked for; the results are the same for any number.
+/// Runs in a thread pool of the given size (`None`: one thread per core); results do not depend on it.
 fn in_threads<T: Send>(
     threads: Option<u16>,
     work: impl FnOnce() -> Result<T, failure::Failure> + Send,

@@ -1,24 +1,31 @@
-//! Everything that is printed.
-#![allow(clippy::print_stdout, clippy::print_stderr)] // the one place that may print
+//! Everything that is printed, apart from the progress display.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // this file may print
 
 use std::error::Error as _;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Mutex;
 
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 
-/// The terminal as the user wants it.
+/// The terminal, with the user's choices.
 pub(crate) struct Terminal {
-    /// No progress and no words, only results and errors.
+    /// Print neither progress nor messages, only results and errors.
     pub(crate) quiet: bool,
-    /// Results as JSON.
+    /// Print results as JSON.
     pub(crate) json: bool,
+    /// Warnings printed so far.
+    warned: Mutex<Vec<String>>,
 }
 
 impl Terminal {
-    /// A result: to stdout. A closed pipe is the reader's business, not an error.
+    pub(crate) fn new(quiet: bool, json: bool) -> Self {
+        Self { quiet, json, warned: Mutex::default() }
+    }
+
+    /// Prints a result to stdout. A closed pipe is not an error.
     pub(crate) fn result(&self, text: &str) {
         let mut out = io::stdout().lock();
         let _ = out.write_all(text.as_bytes());
@@ -28,11 +35,11 @@ impl Terminal {
         let _ = out.flush();
     }
 
-    /// The files a command wrote: a word on the way, and with `--json` the result, together with
-    /// further `facts`.
+    /// Reports the files a command wrote: as a message, and with `--json` as the result, together
+    /// with further `facts`.
     pub(crate) fn wrote(&self, files: &[&Path], facts: Value) {
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
-        self.say(format!("wrote {}", names.join(" and ")));
+        self.message(format!("wrote {}", names.join(" and ")));
         if self.json {
             let mut all = json!({ "wrote": names });
             if let (Some(all), Value::Object(facts)) = (all.as_object_mut(), facts) {
@@ -42,19 +49,32 @@ impl Terminal {
         }
     }
 
-    /// A word on the way: to stderr, unless quiet.
-    pub(crate) fn say(&self, text: impl AsRef<str>) {
+    /// Prints a message to stderr, unless quiet.
+    pub(crate) fn message(&self, text: impl AsRef<str>) {
         if !self.quiet {
             eprintln!("{}", text.as_ref());
         }
     }
 
-    /// Something the user should know about the result.
+    /// Prints a warning to stderr, unless quiet or printed before.
     pub(crate) fn warning(&self, text: &str) {
-        self.say(format!("{} {text}", self.paint("33;1", "warning:")));
+        if let Some(line) = self.new_warning(text) {
+            self.message(line);
+        }
     }
 
-    /// Why the command failed: message, causes, what to do.
+    /// The line of a warning that was not printed before. A run reports its warnings as events
+    /// and again in its result: each is printed once.
+    pub(crate) fn new_warning(&self, text: &str) -> Option<String> {
+        let mut warned = self.warned.lock().ok()?;
+        if warned.iter().any(|known| known == text) {
+            return None;
+        }
+        warned.push(text.to_owned());
+        Some(format!("{} {text}", self.paint("33;1", "warning:")))
+    }
+
+    /// Prints why the command failed: message, causes, what to do.
     pub(crate) fn failure(&self, failure: &Failure) {
         eprintln!("{} {}", self.paint("31;1", "error:"), message(failure));
         if let Failure::Input(error) = failure {

@@ -1,4 +1,4 @@
-//! Progress on the terminal: one line a stage, with its time and what it counted.
+//! Progress on the terminal: one line per stage, with its time and counts, and its warnings.
 
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -7,18 +7,20 @@ use std::time::Duration;
 use facerecon_core::observer::{Event, Observer};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::output::Terminal;
+
 /// Shows the stages of a run on stderr.
-pub(crate) struct Progress {
-    quiet: bool,
-    /// The moving part, where stderr is a terminal.
+pub(crate) struct Progress<'a> {
+    terminal: &'a Terminal,
+    /// The animated line, where stderr is a terminal.
     spinner: Option<ProgressBar>,
     counts: Mutex<Vec<String>>,
 }
 
-impl Progress {
-    /// A progress display that shows nothing when `quiet`.
-    pub(crate) fn new(quiet: bool) -> Self {
-        let spinner = (!quiet && std::io::stderr().is_terminal()).then(|| {
+impl<'a> Progress<'a> {
+    /// A progress display; it shows nothing when the terminal is quiet.
+    pub(crate) fn new(terminal: &'a Terminal) -> Self {
+        let spinner = (!terminal.quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
                 bar.set_style(style);
@@ -26,26 +28,25 @@ impl Progress {
             bar.enable_steady_tick(Duration::from_millis(120));
             bar
         });
-        Self { quiet, spinner, counts: Mutex::default() }
+        Self { terminal, spinner, counts: Mutex::default() }
     }
 
-    #[allow(clippy::print_stderr)] // progress belongs on stderr, also when that is a log file
     fn line(&self, text: String) {
         match &self.spinner {
             Some(bar) => bar.println(text),
-            None if !self.quiet => eprintln!("{text}"),
-            None => {}
+            // progress goes to stderr, also when that is a log file
+            None => self.terminal.message(text),
         }
     }
 
-    fn message(&self, text: String) {
+    fn status(&self, text: String) {
         if let Some(bar) = &self.spinner {
             bar.set_message(text);
         }
     }
 }
 
-impl Drop for Progress {
+impl Drop for Progress<'_> {
     fn drop(&mut self) {
         if let Some(bar) = &self.spinner {
             bar.finish_and_clear();
@@ -53,10 +54,10 @@ impl Drop for Progress {
     }
 }
 
-impl Observer for Progress {
+impl Observer for Progress<'_> {
     fn event(&self, event: &Event<'_>) {
         match event {
-            Event::Started { stage } => self.message((*stage).to_owned()),
+            Event::Started { stage } => self.status((*stage).to_owned()),
             Event::Count { what, count, .. } => {
                 if let Ok(mut counts) = self.counts.lock() {
                     counts.push(format!("{count} {what}"));
@@ -68,9 +69,14 @@ impl Observer for Progress {
                 self.line(format!("  {stage:<12} {ms:>7.0} ms  {}", counts.join(", ")));
             }
             Event::Iteration { stage, step, error } => {
-                self.message(format!("{stage}: step {step}, error {error:.4}"));
+                self.status(format!("{stage}: step {step}, error {error:.4}"));
             }
-            Event::Warning { .. } => {}
+            Event::Warning { stage, message } => {
+                // as in the warnings of a result
+                if let Some(line) = self.terminal.new_warning(&format!("{stage}: {message}")) {
+                    self.line(line);
+                }
+            }
         }
     }
 }

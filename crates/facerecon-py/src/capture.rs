@@ -25,7 +25,7 @@ type PatternParts = (String, usize, usize, f64);
 /// `xl, yl, xr, yr` by name.
 type Marks = BTreeMap<String, [f64; 4]>;
 
-/// One capture, ready to be reconstructed.
+/// A capture.
 #[pyclass(frozen, module = "facerecon._core")]
 pub(crate) struct Capture {
     pub(crate) capture: CoreCapture,
@@ -42,7 +42,7 @@ impl Capture {
     }
 
     #[new]
-    #[pyo3(signature = (left, right, plain, extra, pattern, rig, seeds, features))]
+    #[pyo3(signature = (left, right, plain, extra, pattern, rig, seeds, landmarks))]
     fn new(
         py: Python<'_>,
         left: PhotoIn<'_>,
@@ -52,7 +52,7 @@ impl Capture {
         pattern: PatternParts,
         rig: Option<RigParts>,
         seeds: Option<Marks>,
-        features: Marks,
+        landmarks: Marks,
     ) -> PyResult<Self> {
         let left = photo(&left)?;
         let rig = rig.map(|parts| stereo_rig(&parts));
@@ -97,19 +97,19 @@ impl Capture {
             },
             rig,
             seeds,
-            features: features.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect(),
+            features: landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect(),
         };
         Ok(Self { capture, warnings: Vec::new() })
     }
 
-    /// The same capture with these features marked.
-    fn with_features(&self, features: Marks) -> Self {
-        let marked = features.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect();
+    /// The same capture with these landmarks marked, in place of its own.
+    fn with_landmarks(&self, landmarks: Marks) -> Self {
+        let marked = landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect();
         let capture = CoreCapture { features: marked, ..self.capture.clone() };
         Self { capture, warnings: self.warnings.clone() }
     }
 
-    /// Writes a capture folder; gives the path of its `capture.toml`.
+    /// Writes a capture folder; returns the path of its `capture.toml`.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
         py.detach(|| io::write_capture(&folder, &self.capture)).map_err(|e| to_py(py, e))
     }
@@ -140,7 +140,7 @@ impl Capture {
         (kind, pattern.columns, pattern.rows, pattern.rotation.to_degrees())
     }
 
-    /// The three marked pairs by name.
+    /// The three seeds by name.
     #[getter]
     fn seeds(&self) -> Option<BTreeMap<&'static str, [f64; 4]>> {
         self.capture.seeds.as_ref().map(|s| {
@@ -150,9 +150,9 @@ impl Capture {
         })
     }
 
-    /// The marked features by name.
+    /// The marked landmarks by name.
     #[getter]
-    fn features(&self) -> Marks {
+    fn landmarks(&self) -> Marks {
         self.capture.features.iter().map(|(name, mark)| (name.clone(), flat(mark))).collect()
     }
 
@@ -182,7 +182,7 @@ fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyArray3<u8>>
     rgb_out(py, photo.rgb)
 }
 
-/// Encodes a picture as PNG.
+/// Encodes an image as PNG.
 #[pyfunction]
 fn encode_png<'py>(
     py: Python<'py>,

@@ -1,5 +1,5 @@
-//! Arrays in and out. The facade hands over C-ordered arrays of the right type; a wrong shape is
-//! refused here all the same.
+//! Conversion of arrays. The facade passes C-ordered arrays of the right type; shapes are checked
+//! here again.
 
 use facerecon_core::data::{Cloud, Gray, Mesh, Photo, Raster, Rgb};
 use facerecon_core::math::{Similarity, Vec2, Vec3};
@@ -33,21 +33,21 @@ pub(crate) type CloudOut<'py> = (
     Option<Bound<'py, PyArray2<u8>>>,
     Option<Bound<'py, PyArray1<f64>>>,
 );
-/// `(colour, grey)` of a photo; the grey keeps fractions.
+/// `(colour, grey)` of a photo; grey where it has more than 8 bits.
 pub(crate) type PhotoIn<'py> = (PyReadonlyArray3<'py, u8>, Option<PyReadonlyArray2<'py, f32>>);
 
-fn wrong(what: &str, shape: &[usize], wanted: &str) -> PyErr {
-    PyValueError::new_err(format!("{what} has shape {shape:?}, but {wanted} is needed"))
+fn wrong_shape(what: &str, shape: &[usize], expected: &str) -> PyErr {
+    PyValueError::new_err(format!("{what} has shape {shape:?}; expected {expected}"))
 }
 
 fn rows<T: Element + Copy, const N: usize>(
     array: &PyReadonlyArray2<'_, T>,
     what: &str,
 ) -> PyResult<Vec<[T; N]>> {
-    let wanted = format!("(n, {N}) in C order");
+    let expected = format!("(n, {N}) in C order");
     match array.as_slice() {
         Ok(flat) if array.shape()[1] == N => Ok(flat.as_chunks::<N>().0.to_vec()),
-        _ => Err(wrong(what, array.shape(), &wanted)),
+        _ => Err(wrong_shape(what, array.shape(), &expected)),
     }
 }
 
@@ -77,12 +77,12 @@ pub(crate) fn mesh(parts: &MeshIn<'_>) -> PyResult<Mesh> {
 pub(crate) fn gray(array: &PyReadonlyArray2<'_, f32>) -> PyResult<Gray> {
     let [height, width] = [array.shape()[0], array.shape()[1]];
     let raster = array.as_slice().ok().and_then(|d| Gray::from_vec(width, height, d.to_vec()));
-    raster.ok_or_else(|| wrong("the image", array.shape(), "(height, width) in C order"))
+    raster.ok_or_else(|| wrong_shape("the image", array.shape(), "(height, width) in C order"))
 }
 
 /// `(height, width, 3)` as a colour image.
 pub(crate) fn rgb(array: &PyReadonlyArray3<'_, u8>) -> PyResult<Rgb> {
-    let fail = || wrong("the image", array.shape(), "(height, width, 3) in C order");
+    let fail = || wrong_shape("the image", array.shape(), "(height, width, 3) in C order");
     let flat = array.as_slice().map_err(|_| fail())?;
     if array.shape()[2] != 3 {
         return Err(fail());
@@ -91,14 +91,14 @@ pub(crate) fn rgb(array: &PyReadonlyArray3<'_, u8>) -> PyResult<Rgb> {
     Rgb::from_vec(array.shape()[1], array.shape()[0], data).ok_or_else(fail)
 }
 
-/// A photo from colour and, where it has fractions, grey.
+/// A photo from colour and, where given, grey with more than 8 bits.
 pub(crate) fn photo((color, grey): &PhotoIn<'_>) -> PyResult<Photo> {
     let photo = Photo::from_rgb(rgb(color)?);
     match grey {
         Some(grey) => {
             let grey = gray(grey)?;
             if grey.size() != photo.rgb.size() {
-                return Err(PyValueError::new_err("colour and grey differ in size"));
+                return Err(PyValueError::new_err("the colour and grey images of a photo have different sizes"));
             }
             Ok(Photo { gray: grey, ..photo })
         }
@@ -106,7 +106,7 @@ pub(crate) fn photo((color, grey): &PhotoIn<'_>) -> PyResult<Photo> {
     }
 }
 
-/// Rows of `N` as an `(n, N)` array, handed over without a copy.
+/// Rows of `N` as an `(n, N)` array, without a copy.
 pub(crate) fn array<'py, T: Element, const N: usize>(
     py: Python<'py>,
     rows: Vec<[T; N]>,

@@ -5,7 +5,7 @@ use std::error::Error as _;
 use facerecon_core::pipeline::Error;
 use pyo3::prelude::*;
 
-/// The exception for an error: its class by the stage, its message with all causes.
+/// The exception for an error: the class follows from the stage, the message holds all causes.
 pub(crate) fn to_py(py: Python<'_>, error: impl Into<Error>) -> PyErr {
     let error = error.into();
     let mut message = error.to_string();
@@ -20,17 +20,17 @@ pub(crate) fn to_py(py: Python<'_>, error: impl Into<Error>) -> PyErr {
     make(py, class(&error), &message, error.stage(), error.hint())
 }
 
-/// A fault of an argument that the facade could not see.
+/// The exception for an argument that the facade could not check.
 pub(crate) fn argument(py: Python<'_>, message: &str) -> PyErr {
     make(py, "ParameterError", message, "parameters", None)
 }
 
 fn make(py: Python<'_>, class: &str, message: &str, stage: &str, hint: Option<&str>) -> PyErr {
-    let made = py
+    let exception = py
         .import("facerecon.errors")
         .and_then(|module| module.getattr(class))
         .and_then(|class| class.call1((message, stage, hint)));
-    made.map_or_else(|failure| failure, PyErr::from_value)
+    exception.map_or_else(|failure| failure, PyErr::from_value)
 }
 
 fn class(error: &Error) -> &'static str {

@@ -1,7 +1,7 @@
-//! Python bindings: a private module `facerecon._core` under a typed Python facade.
+//! Python bindings: the private module `facerecon._core` below a typed Python facade.
 //!
-//! The facade checks layouts, shapes and numbers of arrays; here they are copied into the core's
-//! own types, the GIL is released, and errors become exceptions of `facerecon.errors`.
+//! The facade checks layout, shape and values of arrays. This module copies them into the types of
+//! the core, releases the GIL, and turns errors into exceptions of `facerecon.errors`.
 
 mod capture;
 mod convert;
@@ -17,7 +17,7 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the command line with `sys.argv`; gives the exit code.
+/// Runs the command line with `sys.argv`; returns the exit code.
 #[pyfunction]
 fn cli_main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| facerecon_cli::run(arguments))

@@ -1,4 +1,4 @@
-//! Makers and judges around the pipeline: simulate, pattern, render, compare.
+//! Functions around the pipeline: simulate, pattern, render, compare, check.
 
 use std::path::PathBuf;
 
@@ -17,11 +17,11 @@ use pyo3::prelude::*;
 use crate::capture::Capture;
 use crate::convert::{MeshIn, MeshOut, mesh, mesh_out, raster_out, rgb, rgb_out, transform_out};
 use crate::errors::{argument, to_py};
-use crate::params::{Sets, own};
+use crate::params::{Sets, command_params};
 use crate::reconstruction::{frame_named, to_json};
 use crate::watch::{staged, watched};
 
-/// A simulated capture and its truth.
+/// A simulated capture and its ground truth.
 #[pyclass(frozen, module = "facerecon._core")]
 pub(crate) struct Simulation(Simulated);
 
@@ -53,7 +53,7 @@ impl Simulation {
     }
 }
 
-/// Photographs a mesh, or the made-up person of a number, in the virtual rig.
+/// Renders a capture of a mesh, or of a simulated person, in the virtual rig.
 #[pyfunction]
 fn simulate(
     py: Python<'_>,
@@ -63,7 +63,7 @@ fn simulate(
     sets: Sets,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Simulation> {
-    let params: SimulateParams = own(py, &sets)?;
+    let params: SimulateParams = command_params(py, &sets)?;
     let given = parts.map(|p| mesh(&p)).transpose()?;
     let texture = texture.map(|t| rgb(&t)).transpose()?;
     let made = staged(py, callback, "simulate", |watch| match &given {
@@ -86,14 +86,14 @@ fn simulate(
     Ok(Simulation(made))
 }
 
-/// The projector image.
+/// The image to project.
 #[pyfunction]
 fn pattern(py: Python<'_>, sets: Sets) -> PyResult<Bound<'_, PyArray3<u8>>> {
-    let params: PatternParams = own(py, &sets)?;
+    let params: PatternParams = command_params(py, &sets)?;
     rgb_out(py, py.detach(|| pattern_image(&params)).map_err(|e| to_py(py, e))?)
 }
 
-/// A mesh from named views, side by side.
+/// Renders a mesh from named views, side by side.
 #[pyfunction]
 #[pyo3(signature = (parts, texture, heat, limit, views, mode, frame, size))]
 fn render<'py>(
@@ -111,7 +111,7 @@ fn render<'py>(
     let texture = texture.map(|t| rgb(&t)).transpose()?;
     let heat: Option<Vec<f64>> = heat.map(|h| h.as_array().to_vec());
     let unknown = |what: &str, name: &str, names: Vec<&str>| {
-        argument(py, &format!("{what} is {name:?}, but must be one of {}", names.join(", ")))
+        argument(py, &format!("{what} is {name:?}; expected one of {}", names.join(", ")))
     };
     let views = views
         .iter()
@@ -123,7 +123,7 @@ fn render<'py>(
     let names = || Mode::NAMED.iter().map(|m| m.0).collect();
     let mode = Mode::named(mode).ok_or_else(|| unknown("mode", mode, names()))?;
     let frame = frame_named(py, frame)?;
-    let picture = watched(py, None, |_| {
+    let image = watched(py, None, |_| {
         let scene = Scene {
             texture: texture.as_ref(),
             heat: heat.as_deref().map(|values| Heat { values, limit, unit: "mm" }),
@@ -132,10 +132,10 @@ fn render<'py>(
         };
         Ok(contact_sheet(&scene, &views, mode, size)?)
     })?;
-    rgb_out(py, picture)
+    rgb_out(py, image)
 }
 
-/// Distances between two meshes; `(facts as JSON, distance of each vertex)`.
+/// Measures distances between two meshes; `(facts as JSON, distance of each vertex)`.
 #[pyfunction]
 fn compare<'py>(
     py: Python<'py>,
@@ -144,7 +144,7 @@ fn compare<'py>(
     region: Option<Vec<bool>>,
     sets: Sets,
 ) -> PyResult<(String, Bound<'py, PyArray1<f64>>)> {
-    let params: CompareParams = own(py, &sets)?;
+    let params: CompareParams = command_params(py, &sets)?;
     let (first, second) = (mesh(&first)?, mesh(&second)?);
     let found = watched(py, None, |watch| -> Result<_, Error> {
         let side = Side { mesh: &first, region: region.as_deref() };
@@ -153,10 +153,10 @@ fn compare<'py>(
     Ok((to_json(py, &found)?, PyArray1::from_vec(py, found.vertex_distances)))
 }
 
-/// The rules for a good capture, each with what was found, as JSON.
+/// Checks the photographs of a capture; one finding per rule, as JSON.
 #[pyfunction]
 fn check(py: Python<'_>, capture: &Capture, sets: Sets) -> PyResult<String> {
-    let params: CheckParams = own(py, &sets)?;
+    let params: CheckParams = command_params(py, &sets)?;
     let report = py.detach(|| run_check(&capture.capture, &params));
     to_json(py, &report.findings)
 }

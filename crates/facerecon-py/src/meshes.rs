@@ -25,7 +25,7 @@ fn read_mesh(
     Ok((mesh_out(py, loaded.mesh)?, texture, loaded.warnings))
 }
 
-/// Writes a mesh file in the format of its ending.
+/// Writes a mesh file; the file extension sets the format.
 #[pyfunction]
 fn write_mesh(
     py: Python<'_>,
@@ -37,7 +37,7 @@ fn write_mesh(
     py.detach(|| io::write_mesh(&path, &mesh, texture.as_ref())).map_err(|e| to_py(py, e))
 }
 
-/// Writes the features of a mesh beside its file, as `NAME.landmarks.toml`.
+/// Writes the landmarks of a mesh beside its file, as `NAME.landmarks.toml`.
 #[pyfunction]
 fn write_landmarks(
     py: Python<'_>,
@@ -48,7 +48,7 @@ fn write_landmarks(
     template::write_landmarks(&path, &name, &landmarks).map(drop).map_err(|e| to_py(py, e))
 }
 
-/// A generic head.
+/// A template (generic head).
 #[pyclass(frozen, module = "facerecon._core")]
 pub(crate) struct Template {
     pub(crate) template: CoreTemplate,
@@ -70,7 +70,7 @@ impl Template {
         Ok(Self { template: loaded.into_template(), warnings })
     }
 
-    /// A mesh of the model frame, mm, as the generic head.
+    /// A mesh in the model frame, mm, as the template.
     #[new]
     fn new(name: String, parts: MeshIn<'_>, landmarks: BTreeMap<String, usize>) -> PyResult<Self> {
         let mesh = mesh(&parts)?;

@@ -1,4 +1,4 @@
-//! Parameters: the core's own struct, and those of the makers.
+//! Parameters of the pipeline, and those of `simulate`, `pattern`, `check` and `compare`.
 
 use facerecon_core::pipeline::Params as CoreParams;
 use facerecon_core::settings::{self, SettingsError, Value};
@@ -37,8 +37,8 @@ impl Params {
     }
 }
 
-/// The settings of a maker.
-pub(crate) fn own<T>(py: Python<'_>, sets: &Sets) -> PyResult<T>
+/// The parameters of a function that has its own struct.
+pub(crate) fn command_params<T>(py: Python<'_>, sets: &Sets) -> PyResult<T>
 where
     T: Value + Serialize + DeserializeOwned,
 {

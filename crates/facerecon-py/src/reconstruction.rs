@@ -1,11 +1,11 @@
-//! From photographs to a textured face, and what can be asked of it.
+//! Reconstructions, matches and batches.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use facerecon_core::data::Capture as CoreCapture;
 use facerecon_core::math::Similarity;
-use facerecon_core::observer::{Observer, WarningCollector};
+use facerecon_core::observer::Observer;
 use facerecon_core::output::batch::{self, Outcome};
 use facerecon_core::output::{Kept, Record, Recorder};
 use facerecon_core::pipeline::Error;
@@ -30,7 +30,7 @@ use crate::convert::{
 use crate::errors::{argument, to_py};
 use crate::meshes::Template;
 use crate::params::Params;
-use crate::watch::watched;
+use crate::watch::{watched, with_warnings};
 
 /// `(left, right, disparity, points, lattice, score)`; NaN where unknown.
 type MatchesOut<'py> = (
@@ -42,7 +42,7 @@ type MatchesOut<'py> = (
     Bound<'py, PyArray1<f64>>,
 );
 
-/// Everything a run found out.
+/// The result of a reconstruction.
 #[pyclass(frozen, module = "facerecon._core")]
 pub(crate) struct Reconstruction {
     capture: CoreCapture,
@@ -61,7 +61,8 @@ fn reconstruct(
 ) -> PyResult<Reconstruction> {
     let head = template.map_or_else(template::built_in, |t| t.template.clone());
     let (photos, params) = (&capture.capture, &params.0);
-    let (mut found, record) = watched(py, callback, |watch| {
+    // the result holds the warnings: they are not raised as Python warnings
+    let ((mut found, record), _) = with_warnings(py, callback, |watch| {
         let recorder = Recorder::default();
         let found = run_pipeline(photos, &head, params, &[watch, &recorder as &dyn Observer])?;
         Ok((found, recorder.take()))
@@ -147,7 +148,7 @@ impl Reconstruction {
         })
     }
 
-    /// What the stages showed: `(stage, name, image or points or mesh)`.
+    /// The artifacts of the stages: `(stage, name, image or points or mesh)`.
     fn artifacts<'py>(
         &self,
         py: Python<'py>,
@@ -184,26 +185,45 @@ pub(crate) fn matches_out<'py>(
     ))
 }
 
-/// The table of matches of a capture, its dots left and right, and warnings.
+/// Matches the dots of a capture; `(table of matches, numbers of dots left and right)`.
 #[pyfunction]
 fn find_matches<'py>(
     py: Python<'py>,
     capture: &Capture,
     params: &Params,
     callback: Option<Py<PyAny>>,
-) -> PyResult<(MatchesOut<'py>, [usize; 2], Vec<String>)> {
+) -> PyResult<(MatchesOut<'py>, [usize; 2])> {
     let (photos, params) = (&capture.capture, &params.0);
-    let (found, warnings) = watched(py, callback, |watch| {
-        let collector = WarningCollector::new(watch);
-        let found = single_stage::find_matches(photos, params, &collector)?;
-        Ok((found, collector.into_warnings()))
-    })?;
+    let found = watched(py, callback, |watch| single_stage::find_matches(photos, params, watch))?;
     let same = Similarity::identity();
     let rows = output::matches_table(&found.matches, &found.rectification, &[], &same);
-    Ok((matches_out(py, &rows)?, found.dots, warnings))
+    Ok((matches_out(py, &rows)?, found.dots))
 }
 
-/// Reconstructs one capture of a batch, unless it is done already; the outcome as JSON.
+/// The captures at these paths, with their names.
+///
+/// # Errors
+/// `ParameterError` when several have the same name.
+#[pyfunction]
+fn batch_captures(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Vec<(PathBuf, String)>> {
+    let found = batch::find_captures(&paths);
+    let shared = batch::shared_names(&found);
+    if !shared.is_empty() {
+        let message = format!(
+            "captures: several are named {}; their results would overwrite each other, so rename \
+             the folders",
+            shared.join(", ")
+        );
+        return Err(argument(py, &message));
+    }
+    let named = |path: PathBuf| {
+        let name = batch::capture_name(&path);
+        (path, name)
+    };
+    Ok(found.into_iter().map(named).collect())
+}
+
+/// Reconstructs one capture of a batch, unless its result exists; the outcome as JSON.
 #[pyfunction]
 fn batch_run(
     py: Python<'_>,
@@ -242,7 +262,7 @@ pub(crate) fn to_json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult
 
 pub(crate) fn frame_named(py: Python<'_>, name: &str) -> PyResult<Frame> {
     Frame::named(name).ok_or_else(|| {
-        argument(py, &format!("frame is {name:?}, but must be \"model\" or \"camera\""))
+        argument(py, &format!("frame is {name:?}; expected \"model\" or \"camera\""))
     })
 }
 
@@ -250,6 +270,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Reconstruction>()?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(find_matches, module)?)?;
+    module.add_function(wrap_pyfunction!(batch_captures, module)?)?;
     module.add_function(wrap_pyfunction!(batch_run, module)?)?;
     module.add_function(wrap_pyfunction!(batch_tables, module)?)
 }

@@ -3,6 +3,7 @@
 use facerecon_core::data::{Cloud, CloudFrame, Gray};
 use facerecon_core::math::Vec3;
 use facerecon_core::observer::Observer;
+use facerecon_core::output::registration_json;
 use facerecon_core::pipeline::Error;
 use facerecon_core::pipeline::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
@@ -25,22 +26,22 @@ use crate::convert::{
 use crate::meshes::Template;
 use crate::params::Params;
 use crate::reconstruction::to_json;
-use crate::watch::{staged, watched};
+use crate::watch::{staged, watched, with_warnings};
 
 type GrayIn<'py> = PyReadonlyArray2<'py, f32>;
 type GrayOut<'py> = Bound<'py, PyArray2<f32>>;
-/// A black and white photo on its way: `(equalized, sharpened, binary)`.
+/// A filtered photo: `(equalized, sharpened, binary)`.
 type FilteredOut<'py> = (Option<GrayOut<'py>>, GrayOut<'py>, GrayOut<'py>);
-/// Measured and marked features, row by row.
-type FeaturesIn<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
-/// `(model_from_data, facts as JSON, error history, inliers)`.
-type PoseOut<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<f64>, Vec<usize>);
+/// Landmarks, row by row: `(measured, on the model)`.
+type LandmarksIn<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
+/// `(model_from_data, facts as JSON, indices of the inliers)`.
+type PoseOut<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<usize>);
 /// `(texture, coverage)`.
 type TextureOut<'py> = (Bound<'py, PyArray3<u8>>, Bound<'py, PyArray2<u8>>);
-/// `(mesh, steps, movement of each step, enlargement)`.
+/// `(mesh, steps, mean movement in each step, enlargement per axis)`.
 type SmoothedOut<'py> = (MeshOut<'py>, usize, Vec<f64>, [f64; 3]);
-/// Vertices and the places they should reach.
-type GoalsIn<'py> = (Vec<usize>, PyReadonlyArray2<'py, f64>);
+/// Vertices and their target positions.
+type TargetsIn<'py> = (Vec<usize>, PyReadonlyArray2<'py, f64>);
 /// `(positions, sigmas, amplitudes, scores, spacing, thinned image)`.
 type DotsOut<'py> = (
     Bound<'py, PyArray2<f64>>,
@@ -51,7 +52,7 @@ type DotsOut<'py> = (
     Option<GrayOut<'py>>,
 );
 
-/// `(equalized, sharpened, binary)`.
+/// Filters a photo; `(equalized, sharpened, binary)`.
 #[pyfunction]
 fn filter<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<FilteredOut<'py>> {
     let (image, params) = (gray(&image)?, &params.0.filter);
@@ -60,7 +61,7 @@ fn filter<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult
     Ok((equalized, raster_out(py, done.sharpened)?, raster_out(py, done.binary)?))
 }
 
-/// Convolution with a kernel, row by row; the thesis's Eq. 2.1 by default.
+/// Convolution with the kernel `filter.kernel` (by default Eq. 2.1), clipped to 0..255.
 #[pyfunction]
 fn sharpen<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<GrayOut<'py>> {
     let (image, kernel) = (gray(&image)?, &params.0.filter.kernel);
@@ -68,7 +69,7 @@ fn sharpen<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResul
     raster_out(py, py.detach(work).map_err(|e| crate::errors::to_py(py, e))?)
 }
 
-/// 0 or 255 as the parameters say.
+/// A binary image, 0 or 255.
 #[pyfunction]
 fn threshold<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyResult<GrayOut<'py>> {
     let image = gray(&image)?;
@@ -77,7 +78,7 @@ fn threshold<'py>(py: Python<'py>, image: GrayIn<'py>, params: &Params) -> PyRes
     raster_out(py, done)
 }
 
-/// The dots of a photo; with `binary`, of a black and white one by thinning.
+/// Detects the dots of a photo; with `binary`, thins a black and white image.
 #[pyfunction]
 fn detect<'py>(
     py: Python<'py>,
@@ -107,7 +108,7 @@ fn detect<'py>(
     ))
 }
 
-/// The rectified pair with level rows, as a dictionary.
+/// Rectifies both pairs; the fields of `facerecon.Rectified` as a dictionary.
 #[pyfunction]
 fn rectify<'py>(
     py: Python<'py>,
@@ -115,7 +116,8 @@ fn rectify<'py>(
     params: &Params,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (photos, params) = (&capture.capture, &params.0.rectify);
-    let done = watched(py, None, |watch| Ok(run_rectify(photos, params, watch)?))?;
+    let (done, warnings) =
+        with_warnings(py, None, |watch| Ok(run_rectify(photos, params, watch)?))?;
     let out = PyDict::new(py);
     out.set_item("left", raster_out(py, done.left)?)?;
     out.set_item("right", raster_out(py, done.right)?)?;
@@ -129,11 +131,11 @@ fn rectify<'py>(
     out.set_item("scale", done.rows.scale)?;
     out.set_item("residual_px", done.rows.residual_px)?;
     out.set_item("corrected", done.rows.corrected)?;
-    out.set_item("warnings", done.warnings)?;
+    out.set_item("warnings", warnings)?;
     Ok(out)
 }
 
-/// Points of pairs in the photos' own pixels; `(cloud, metric)`.
+/// Triangulates pairs of pixels of the original photos; `(cloud, metric)`.
 #[pyfunction]
 fn triangulate<'py>(
     py: Python<'py>,
@@ -150,21 +152,22 @@ fn triangulate<'py>(
     Ok((cloud_out(py, done.cloud)?, done.frame.is_metric()))
 }
 
-/// Brings points to a model; `(model_from_data, facts as JSON, history)`.
+/// Registers points with a model; `(model_from_data, facts as JSON, indices of the inliers)`.
 #[pyfunction]
-fn icp<'py>(
+fn register<'py>(
     py: Python<'py>,
     data: PyReadonlyArray2<'py, f64>,
     model: &Template,
     metric: bool,
-    features: Option<FeaturesIn<'py>>,
+    landmarks: Option<LandmarksIn<'py>>,
     params: &Params,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<PoseOut<'py>> {
     let data = Cloud::from_points(points(&data, "data")?);
-    let features: Vec<(Vec3, Vec3)> = match &features {
-        Some((measured, marked)) => {
-            points(measured, "features")?.into_iter().zip(points(marked, "features")?).collect()
+    let landmarks: Vec<(Vec3, Vec3)> = match &landmarks {
+        Some((measured, on_model)) => {
+            let on_model = points(on_model, "landmarks")?;
+            points(measured, "landmarks")?.into_iter().zip(on_model).collect()
         }
         None => Vec::new(),
     };
@@ -174,63 +177,54 @@ fn icp<'py>(
             data: &data,
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
-            features: &features,
+            features: &landmarks,
             frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };
         Ok(run_register(&input, params, watch)?)
     })?;
-    let facts = to_json(
-        py,
-        &serde_json::json!({
-            "iterations": pose.iterations,
-            "start_iterations": pose.start_iterations,
-            "coarse_iterations": pose.coarse_iterations,
-            "termination": pose.termination,
-            "from_features": pose.from_features,
-            "rms_before": pose.rms_before,
-            "rms_after": pose.rms_after,
-            "scale": pose.model_from_data.scale,
-        }),
-    )?;
-    Ok((transform_out(py, &pose.model_from_data)?, facts, pose.history, pose.inliers))
+    let mut facts = registration_json(&pose);
+    facts.insert("scale".to_owned(), pose.model_from_data.scale.into());
+    Ok((transform_out(py, &pose.model_from_data)?, to_json(py, &facts)?, pose.inliers))
 }
 
-/// Vertices with the places they should reach.
-fn goals((vertices, at): &GoalsIn<'_>, what: &str) -> PyResult<Vec<(usize, Vec3)>> {
+/// Vertices with their target positions.
+fn targets((vertices, at): &TargetsIn<'_>, what: &str) -> PyResult<Vec<(usize, Vec3)>> {
     Ok(vertices.iter().copied().zip(points(at, what)?).collect())
 }
 
-/// Bends a head to points; `(mesh, rms before, rms after, centres)`.
+/// Deforms a head to points; `(mesh, rms before, rms after, number of centres)`.
 #[pyfunction]
 fn deform<'py>(
     py: Python<'py>,
     head: MeshIn<'py>,
     data: PyReadonlyArray2<'py, f64>,
-    assigned: Option<GoalsIn<'py>>,
-    features: Option<GoalsIn<'py>>,
+    assignments: Option<TargetsIn<'py>>,
+    landmarks: Option<TargetsIn<'py>>,
     params: &Params,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<(MeshOut<'py>, f64, f64, usize)> {
     let head = mesh(&head)?;
     let data = Cloud::from_points(points(&data, "data")?);
-    let assigned = assigned.map(|given| goals(&given, "assignments")).transpose()?;
-    let features = features.map(|given| goals(&given, "features")).transpose()?.unwrap_or_default();
+    let given = assignments.map(|given| targets(&given, "assignments")).transpose()?;
+    let landmarks =
+        landmarks.map(|given| targets(&given, "landmarks")).transpose()?.unwrap_or_default();
     let params = &params.0.deform;
-    let bent = staged(py, callback, "deform", |watch| {
+    let deformed = staged(py, callback, "deform", |watch| {
         let assignments =
-            assigned.unwrap_or_else(|| eliminate_multiple(&data.points, &head.vertices, None));
+            given.unwrap_or_else(|| eliminate_multiple(&data.points, &head.vertices, None));
         let input = DeformInput {
             template: &head,
             data: &data,
             assignments: &assignments,
-            features: &features,
+            features: &landmarks,
         };
         Ok(run_deform(&input, params, watch)?)
     })?;
-    Ok((mesh_out(py, bent.mesh)?, bent.rms_before, bent.rms_after, bent.centres))
+    let (before, after) = (deformed.rms_before, deformed.rms_after);
+    Ok((mesh_out(py, deformed.mesh)?, before, after, deformed.centres))
 }
 
-/// The measured surface of a capture; `(mesh, metric)`.
+/// Meshes the measured surface of a capture; `(mesh, metric)`.
 #[pyfunction]
 fn surface<'py>(
     py: Python<'py>,
@@ -245,7 +239,7 @@ fn surface<'py>(
     Ok((mesh_out(py, done.mesh)?, done.metric))
 }
 
-/// Smooths a mesh; `(mesh, steps, movement of each step, enlargement)`.
+/// Smooths a mesh; `(mesh, steps, mean movement in each step, enlargement per axis)`.
 #[pyfunction]
 fn smooth<'py>(
     py: Python<'py>,
@@ -253,15 +247,15 @@ fn smooth<'py>(
     reference: Option<PyReadonlyArray2<'py, f64>>,
     params: &Params,
 ) -> PyResult<SmoothedOut<'py>> {
-    let rough = mesh(&parts)?;
+    let input = mesh(&parts)?;
     let reference = reference.map(|r| points(&r, "reference")).transpose()?.unwrap_or_default();
     let params = &params.0.smooth;
-    let done = watched(py, None, |watch| Ok(run_smooth(&rough, &reference, params, watch)?))?;
-    let grown = done.enlarged;
-    Ok((mesh_out(py, done.mesh)?, done.steps, done.movement, [grown.x, grown.y, grown.z]))
+    let done = watched(py, None, |watch| Ok(run_smooth(&input, &reference, params, watch)?))?;
+    let factors = done.enlarged;
+    Ok((mesh_out(py, done.mesh)?, done.steps, done.movement, [factors.x, factors.y, factors.z]))
 }
 
-/// Colours a mesh of the camera frame; `(texture, coverage)`.
+/// Textures a mesh in the camera frame; `(texture, coverage)`.
 #[pyfunction]
 fn texture<'py>(
     py: Python<'py>,
@@ -277,7 +271,8 @@ fn texture<'py>(
     Ok((rgb_out(py, made.image)?, raster_out(py, made.coverage)?))
 }
 
-/// The one data point each vertex is left with (thesis section 3.2); `(vertices, points)`.
+/// The mean of the points whose closest vertex is the same (thesis section 3.2);
+/// `(vertices, means)`.
 #[pyfunction]
 fn assign<'py>(
     py: Python<'py>,
@@ -298,7 +293,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(detect, module)?)?;
     module.add_function(wrap_pyfunction!(rectify, module)?)?;
     module.add_function(wrap_pyfunction!(triangulate, module)?)?;
-    module.add_function(wrap_pyfunction!(icp, module)?)?;
+    module.add_function(wrap_pyfunction!(register, module)?)?;
     module.add_function(wrap_pyfunction!(deform, module)?)?;
     module.add_function(wrap_pyfunction!(surface, module)?)?;
     module.add_function(wrap_pyfunction!(smooth, module)?)?;

@@ -1,5 +1,6 @@
-//! Python watching and stopping a run: signals, callbacks.
+//! Running work without the GIL, under observation: callbacks, warnings, signals.
 
+use std::ffi::CString;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -9,18 +10,21 @@ use pyo3::prelude::*;
 
 use crate::errors::to_py;
 
-/// Signals are looked for this often: rarely enough to leave other Python threads alone.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// Interval between two checks for signals. Each check takes the GIL: 50 ms leaves it to other
+/// Python threads and still stops a run well within a second of Ctrl-C.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// An observer that calls back and lets Ctrl-C through.
+/// An observer that calls back, collects warnings and stops the run on Ctrl-C.
 struct Watch {
     callback: Option<Py<PyAny>>,
-    /// What a callback or a signal handler raised.
+    warnings: Mutex<Vec<String>>,
+    /// The exception of a callback or of a signal handler.
     raised: Mutex<Option<PyErr>>,
-    looked: Mutex<Instant>,
+    last_check: Mutex<Instant>,
 }
 
 impl Watch {
+    /// Keeps the first exception.
     fn keep(&self, result: PyResult<()>) {
         if let (Err(error), Ok(mut raised)) = (result, self.raised.lock()) {
             raised.get_or_insert(error);
@@ -31,11 +35,11 @@ impl Watch {
         self.raised.lock().is_ok_and(|raised| raised.is_some())
     }
 
-    fn is_due(&self) -> bool {
-        let Ok(mut looked) = self.looked.lock() else { return false };
-        let due = looked.elapsed() >= PATIENCE;
+    fn check_is_due(&self) -> bool {
+        let Ok(mut last) = self.last_check.lock() else { return false };
+        let due = last.elapsed() >= SIGNAL_INTERVAL;
         if due {
-            *looked = Instant::now();
+            *last = Instant::now();
         }
         due
     }
@@ -43,12 +47,18 @@ impl Watch {
 
 impl Observer for Watch {
     fn event(&self, event: &Event<'_>) {
+        if let (Event::Warning { stage, message }, Ok(mut known)) = (event, self.warnings.lock()) {
+            let text = format!("{stage}: {message}");
+            if !known.contains(&text) {
+                known.push(text);
+            }
+        }
         let Some(callback) = &self.callback else { return };
         if self.has_raised() {
             return;
         }
         // (stage, kind, number, value, text)
-        let facts = match event {
+        let fields = match event {
             Event::Started { stage } => (*stage, "started", 0, 0.0, ""),
             Event::Finished { stage, elapsed } => {
                 (*stage, "finished", 0, elapsed.as_secs_f64(), "")
@@ -57,20 +67,20 @@ impl Observer for Watch {
             Event::Count { stage, what, count } => (*stage, "count", *count, 0.0, *what),
             Event::Warning { stage, message } => (*stage, "warning", 0, 0.0, *message),
         };
-        self.keep(Python::attach(|py| callback.call1(py, facts).map(drop)));
+        self.keep(Python::attach(|py| callback.call1(py, fields).map(drop)));
     }
 
     fn artifact(&self, _stage: &str, _name: &str, _artifact: Artifact<'_>) {}
 
     fn cancelled(&self) -> bool {
-        if !self.has_raised() && self.is_due() {
+        if !self.has_raised() && self.check_is_due() {
             self.keep(Python::attach(|py| py.check_signals()));
         }
         self.has_raised()
     }
 }
 
-/// [`watched`] work of one stage, whose begin and end are told.
+/// [`watched`] work of one stage, with events for its start and end.
 pub(crate) fn staged<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
@@ -80,24 +90,50 @@ pub(crate) fn staged<T: Send>(
     watched(py, callback, |watch| {
         watch.event(&Event::Started { stage });
         let start = Instant::now();
-        let done = work(watch)?;
+        let result = work(watch)?;
         watch.event(&Event::Finished { stage, elapsed: start.elapsed() });
-        Ok(done)
+        Ok(result)
     })
 }
 
-/// Does work without the GIL, watched; what a callback or Ctrl-C raised comes first.
+/// Runs work without the GIL; its warnings become Python warnings of the facade's caller.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
     work: impl FnOnce(&dyn Observer) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
-    let watch = Watch { callback, raised: Mutex::new(None), looked: Mutex::new(Instant::now()) };
+    let (result, warnings) = with_warnings(py, callback, work)?;
+    if !warnings.is_empty() {
+        let category = py.import("facerecon.errors")?.getattr("FaceReconWarning")?;
+        for text in warnings {
+            // level 1 is the facade's function, 2 its caller
+            PyErr::warn(py, &category, &CString::new(text)?, 2)?;
+        }
+    }
+    Ok(result)
+}
+
+/// Runs work without the GIL and returns its warnings with its result. An exception of the
+/// callback or of Ctrl-C takes precedence over the error of the work.
+pub(crate) fn with_warnings<T: Send>(
+    py: Python<'_>,
+    callback: Option<Py<PyAny>>,
+    work: impl FnOnce(&dyn Observer) -> Result<T, Error> + Send,
+) -> PyResult<(T, Vec<String>)> {
+    let watch = Watch {
+        callback,
+        warnings: Mutex::default(),
+        raised: Mutex::new(None),
+        last_check: Mutex::new(Instant::now()),
+    };
     let result = py.detach(|| work(&watch));
-    // a signal that came after the last look
+    // a signal after the last check
     watch.keep(py.check_signals());
     match watch.raised.into_inner() {
         Ok(Some(raised)) => Err(raised),
-        _ => result.map_err(|error| to_py(py, error)),
+        _ => {
+            let result = result.map_err(|error| to_py(py, error))?;
+            Ok((result, watch.warnings.into_inner().unwrap_or_default()))
+        }
     }
 }

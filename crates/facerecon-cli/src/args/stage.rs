@@ -11,10 +11,10 @@ use super::{CaptureArgs, ParamArgs, TemplateArgs};
 pub(crate) struct FilterArgs {
     /// Photo to filter.
     pub(crate) image: PathBuf,
-    /// PNG to write: the last step's picture.
+    /// PNG to write: the image after `--step`.
     #[arg(long, short, value_name = "PNG")]
     pub(crate) output: PathBuf,
-    /// The step whose picture is written.
+    /// The step whose image is written.
     #[arg(long, value_enum, default_value_t = FilterStep::Threshold)]
     pub(crate) step: FilterStep,
     #[command(flatten)]
@@ -26,11 +26,11 @@ pub(crate) struct FilterArgs {
 pub(crate) enum FilterStep {
     /// Histogram equalisation.
     Equalize,
-    /// Eq. 2.1.
+    /// Sharpening (Eq. 2.1).
     Sharpen,
-    /// White dots on black.
+    /// Thresholding: white dots on black.
     Threshold,
-    /// One pixel a dot.
+    /// One white pixel per dot.
     Thin,
 }
 
@@ -42,14 +42,14 @@ pub(crate) struct DetectArgs {
     /// CSV to write: `id,x,y,sigma_px,amplitude,score`.
     #[arg(long, short, value_name = "CSV")]
     pub(crate) output: Option<PathBuf>,
-    /// Picture of the photo with the dots marked.
+    /// PNG to write: the photo with the dots marked.
     #[arg(long, value_name = "PNG")]
     pub(crate) picture: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) params: ParamArgs,
 }
 
-/// A stage that works on a capture and writes one file.
+/// A command that works on a capture and writes one file.
 #[derive(Args)]
 pub(crate) struct StageArgs {
     #[command(flatten)]
@@ -69,7 +69,7 @@ pub(crate) struct TriangulateArgs {
     /// The capture the matches belong to.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) capture: PathBuf,
-    /// Cloud to write (PLY), camera frame in mm, or model units without calibration.
+    /// Cloud to write (PLY): camera frame, mm; model units without calibration.
     #[arg(long, short, value_name = "PLY")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -83,14 +83,14 @@ pub(crate) struct TriangulateArgs {
 pub(crate) struct RegisterArgs {
     /// Cloud (PLY) in the camera frame, mm.
     pub(crate) cloud: PathBuf,
-    /// Registered cloud to write (PLY), model frame; the transform goes beside it as JSON.
+    /// Registered cloud to write (PLY), model frame; the transform is written beside it as JSON.
     #[arg(long, short, value_name = "PLY")]
     pub(crate) output: PathBuf,
-    /// The cloud is in model units already (made without calibration).
+    /// The cloud is in model units (made without calibration).
     #[arg(long, conflicts_with = "capture")]
     pub(crate) model_units: bool,
-    /// The calibrated capture the cloud was made of: the features marked in it bring the points
-    /// near first.
+    /// The calibrated capture from which the cloud was computed: the landmarks marked in it give
+    /// the initial alignment.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) capture: Option<PathBuf>,
     #[command(flatten)]
@@ -107,10 +107,11 @@ pub(crate) struct DeformArgs {
     /// Mesh to write.
     #[arg(long, short, value_name = "MESH")]
     pub(crate) output: PathBuf,
-    /// JSON that `register` wrote [default: the one beside the cloud, if any].
+    /// JSON written by `register` [default: the one beside the cloud, if any].
     #[arg(long, value_name = "JSON")]
     pub(crate) pose: Option<PathBuf>,
-    /// The calibrated capture the cloud was made of: the features marked in it are goals too.
+    /// The calibrated capture from which the cloud was computed: the landmarks marked in it are
+    /// targets too.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) capture: Option<PathBuf>,
     #[command(flatten)]
@@ -124,7 +125,7 @@ pub(crate) struct DeformArgs {
 pub(crate) struct SurfaceArgs {
     #[command(flatten)]
     pub(crate) capture: CaptureArgs,
-    /// Mesh to write, camera frame in mm, or model units without calibration.
+    /// Mesh to write: camera frame, mm; model units without calibration.
     #[arg(long, short, value_name = "MESH")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -148,15 +149,15 @@ pub(crate) struct SmoothArgs {
 /// `facerecon texture`.
 #[derive(Args)]
 pub(crate) struct TextureArgs {
-    /// Mesh with texture coordinates, in the camera frame, mm; in the model frame with `--pose`.
+    /// Mesh with texture coordinates: camera frame, mm; model frame with `--pose`.
     pub(crate) mesh: PathBuf,
-    /// The capture whose photographs colour it.
+    /// The capture whose photos without the pattern give the colours.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) capture: PathBuf,
-    /// Textured mesh to write; PNG and MTL go beside it.
+    /// Textured mesh to write; an OBJ gets a PNG and an MTL beside it.
     #[arg(long, short, value_name = "MESH")]
     pub(crate) output: PathBuf,
-    /// JSON that `register` wrote: how the model frame lies before the cameras.
+    /// JSON written by `register`: the pose of the model frame relative to the cameras.
     #[arg(long, value_name = "JSON")]
     pub(crate) pose: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `facerecon new`, `facerecon check`, and how all commands read a capture.
+//! `facerecon new`, `facerecon check`, and the reading of captures for all commands.
 
 use std::path::Path;
 
@@ -14,18 +14,18 @@ use crate::args::CaptureArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// Reads the capture that the arguments name.
+/// Reads the capture named by the arguments.
 pub(super) fn read(args: &CaptureArgs) -> Result<LoadedCapture, Failure> {
     if args.capture.is_none() && args.left.is_none() {
         return Err(Failure::usage(
-            "name a capture folder, or the photographs with --left and --right",
+            "no capture: give a capture folder, or the photographs with --left and --right",
         ));
     }
     let given = CaptureFiles {
         left: args.left.clone(),
         right: args.right.clone(),
-        left_texture: args.left_texture.clone(),
-        right_texture: args.right_texture.clone(),
+        left_texture: args.left_plain.clone(),
+        right_texture: args.right_plain.clone(),
         calibration: args.calibration.clone(),
         columns: args.columns,
         rows: args.rows,
@@ -39,18 +39,18 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
     let file = folder.join("capture.toml");
     if file.exists() {
         let path = file.display();
-        return Err(Failure::usage(format!("{path} is there already; it is not overwritten")));
+        return Err(Failure::usage(format!("{path} exists already and is not overwritten; choose another folder")));
     }
     atomic::write(&file, new_capture_toml().as_bytes()).map_err(|e: IoError| e)?;
-    terminal.say(format!(
-        "wrote {}; put the photographs beside it, then run: facerecon check {}",
+    terminal.message(format!(
+        "wrote {}; put the photographs into the same folder, then run: facerecon check {}",
         file.display(),
         folder.display()
     ));
     Ok(())
 }
 
-/// Says whether the photographs will do.
+/// Checks the photographs of a capture.
 pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let loaded = read(args)?;
     let report = check::check(&loaded.capture, &check::CheckParams::default());
@@ -73,9 +73,9 @@ pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failu
         }
     }
     let verdict = if report.is_good() {
-        "The photographs will do."
+        "The photographs are good enough."
     } else {
-        "The photographs can be better."
+        "The photographs can be improved; see the warnings."
     };
     terminal.result(verdict);
     Ok(())

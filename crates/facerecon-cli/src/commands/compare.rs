@@ -8,7 +8,7 @@ use crate::args::CompareArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// Distances between two meshes, as they lie and after alignment.
+/// Measures distances between two meshes, before and after alignment.
 pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Failure> {
     let a = io::read_mesh(&args.a)?;
     let b = io::read_mesh(&args.b)?;
@@ -21,13 +21,13 @@ pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Fai
     if terminal.json {
         terminal.result(&to_json(&serde_json::json!(found)));
     } else {
-        terminal.result(&words(&found));
+        terminal.result(&table(&found));
     }
     Ok(())
 }
 
 /// The comparison as a table, mm.
-fn words(found: &Comparison) -> String {
+fn table(found: &Comparison) -> String {
     let mut text =
         String::from("distances, mm             median    mean     p90     p99     max\n");
     let mut rows = |name: &str, both: &Both| {
@@ -39,11 +39,11 @@ fn words(found: &Comparison) -> String {
             ));
         }
     };
-    rows("as they lie", &found.before);
+    rows("before alignment", &found.before);
     if let Some(after) = &found.after {
         rows("after alignment", after);
         text.push_str(&format!(
-            "the alignment turns by {:.2} degrees and scales by {:.4}\n",
+            "alignment: rotation {:.2} degrees, scale {:.4}\n",
             found.rotation_deg, found.scale
         ));
     }

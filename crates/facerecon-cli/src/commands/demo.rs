@@ -6,18 +6,18 @@ use facerecon_core::render::Frame;
 use facerecon_core::{io, output, synthetic::demo as core_demo};
 use serde_json::json;
 
-use super::{free_folder, load_params_of, reconstruct, to_json};
+use super::{require_folder_path, reconstruction_params, reconstruct, to_json};
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::progress::Progress;
 
-/// Simulates a capture, reconstructs it, compares with the truth.
+/// Simulates a capture, reconstructs it and compares the result with the ground truth.
 pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let params = load_params_of(&args.params, args.shape)?;
-    free_folder(&args.output)?;
+    let params = reconstruction_params(&args.params, args.shape)?;
+    require_folder_path(&args.output)?;
     let recorder = Recorder::default();
-    let progress = Progress::new(terminal.quiet);
+    let progress = Progress::new(terminal);
     let made = core_demo::demo(args.subject, &params, &[&progress as &dyn Observer, &recorder])?;
     drop(progress);
     let folder = &args.output;
@@ -31,14 +31,14 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
         args.keep_stages,
     )?;
     io::image::write_png(&folder.join("picture.png"), &core_demo::picture(&made)?)?;
-    reconstruct::tell(&made.found, terminal);
+    reconstruct::print_summary(&made.found, terminal);
     let error = &made.error;
-    terminal.say(format!(
-        "Against the true face it was made from: median {:.3} mm, 90 % within {:.3} mm, 99 % within {:.3} mm.",
+    terminal.message(format!(
+        "Distance from the true face: median {:.3} mm, 90 % within {:.3} mm, 99 % within {:.3} mm.",
         error.median_mm, error.p90_mm, error.p99_mm
     ));
     terminal
-        .say(format!("wrote {0}; look at {0}/report.html and {0}/picture.png", folder.display()));
+        .message(format!("wrote {0}; see {0}/report.html and {0}/picture.png", folder.display()));
     if terminal.json {
         let mut facts = output::result_json(&made.found);
         facts["error_mm"] = json!(error);

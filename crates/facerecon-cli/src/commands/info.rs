@@ -10,13 +10,13 @@ use super::to_json;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// Prints facts of a file as JSON.
+/// Prints facts about a file as JSON.
 pub(super) fn info(file: &Path, terminal: &Terminal) -> Result<(), Failure> {
-    let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let facts = if file.is_dir() || ending == "toml" {
+    let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let facts = if file.is_dir() || extension == "toml" {
         capture(file)?
     } else {
-        match ending.as_str() {
+        match extension.as_str() {
             "png" | "jpg" | "jpeg" | "gif" => image(file)?,
             "yml" | "yaml" | "xml" | "json" => calibration(file)?,
             _ => mesh(file)?,
@@ -31,10 +31,10 @@ fn image(file: &Path) -> Result<Value, Failure> {
     let (width, height) = photo.size();
     let n = photo.gray.data().len().max(1) as f64;
     let mean = photo.gray.data().iter().map(|v| f64::from(*v)).sum::<f64>() / n;
-    let bright = photo.gray.data().iter().filter(|v| **v >= 254.5).count() as f64 / n;
+    let saturated = photo.gray.data().iter().filter(|v| **v >= 254.5).count() as f64 / n;
     Ok(json!({
         "kind": "image", "width": width, "height": height,
-        "mean_grey": mean, "saturated_fraction": bright,
+        "mean_grey": mean, "saturated_fraction": saturated,
     }))
 }
 
@@ -43,7 +43,7 @@ fn mesh(file: &Path) -> Result<Value, Failure> {
     let mesh = &loaded.mesh;
     let topology = Topology::new(mesh);
     let bounds = mesh.bounds().map(|(low, high)| json!([low.as_slice(), high.as_slice()]));
-    let parts = topology.components().iter().max().map_or(0, |m| m + 1);
+    let components = topology.components().iter().max().map_or(0, |m| m + 1);
     Ok(json!({
         "kind": "mesh",
         "vertices": mesh.vertices.len(),
@@ -52,7 +52,7 @@ fn mesh(file: &Path) -> Result<Value, Failure> {
         "texture": loaded.texture.map(|t| json!({ "width": t.width(), "height": t.height() })),
         "vertex_colors": !mesh.colors.is_empty(),
         "bounds": bounds,
-        "parts": parts,
+        "components": components,
         "border_vertices": topology.border.iter().filter(|b| **b).count(),
         "non_manifold_edges": topology.non_manifold_edges,
         "warnings": loaded.warnings,
@@ -91,7 +91,7 @@ fn capture(file: &Path) -> Result<Value, Failure> {
         "calibrated": c.rig.is_some(),
         "baseline_mm": c.rig.map(|r| r.baseline_mm()),
         "seeds": c.seeds.is_some(),
-        "features": c.features.len(),
+        "landmarks": c.features.len(),
         "warnings": loaded.warnings,
     }))
 }

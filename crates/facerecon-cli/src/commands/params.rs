@@ -7,13 +7,13 @@ use crate::args::{Cli, ParamArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// Prints the whole commented TOML.
+/// Prints all parameters as commented TOML.
 pub(super) fn print(args: &ParamArgs, terminal: &Terminal) -> Result<(), Failure> {
     terminal.result(&load_params(args)?.to_toml()?);
     Ok(())
 }
 
-/// Prints the completions for a shell.
+/// Prints the completion script for a shell.
 pub(super) fn completions(shell: clap_complete::Shell, terminal: &Terminal) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "facerecon", &mut script);

@@ -9,7 +9,7 @@ use facerecon_core::pipeline::{Reconstruction, reconstruct as run_pipeline};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
 
-use super::{capture, free_folder, load_params_of, template, to_json};
+use super::{capture, require_folder_path, reconstruction_params, template, to_json};
 use crate::args::{FrameArg, ReconstructArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -17,11 +17,11 @@ use crate::progress::Progress;
 
 /// Reconstructs a capture and writes the result folder.
 pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let params = load_params_of(&args.params, args.shape)?;
-    free_folder(&args.output)?;
+    let params = reconstruction_params(&args.params, args.shape)?;
+    require_folder_path(&args.output)?;
     let loaded = capture::read(&args.capture)?;
     let head = template::load(&args.template, terminal)?;
-    let (mut found, record) = watched(&loaded.capture, &head, &params, terminal)?;
+    let (mut found, record) = run_recorded(&loaded.capture, &head, &params, terminal)?;
     found.warnings.splice(0..0, loaded.warnings);
     output::write_result(
         &args.output,
@@ -31,32 +31,32 @@ pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result
         frame(args.frame),
         args.keep_stages,
     )?;
-    tell(&found, terminal);
-    terminal.say(format!("wrote {}", args.output.display()));
+    print_summary(&found, terminal);
+    terminal.message(format!("wrote {}", args.output.display()));
     if terminal.json {
         terminal.result(&to_json(&output::result_json(&found)));
     }
     Ok(())
 }
 
-/// Runs the pipeline under a progress display, keeping what the stages showed.
-pub(super) fn watched(
+/// Runs the pipeline with a progress display and records the artifacts of the stages.
+fn run_recorded(
     capture: &Capture,
     head: &Template,
     params: &Params,
     terminal: &Terminal,
 ) -> Result<(Reconstruction, Record), Failure> {
     let recorder = Recorder::default();
-    let progress = Progress::new(terminal.quiet);
+    let progress = Progress::new(terminal);
     let found = run_pipeline(capture, head, params, &[&progress as &dyn Observer, &recorder])?;
     drop(progress);
     Ok((found, recorder.take()))
 }
 
-/// Says what was found.
-pub(super) fn tell(found: &Reconstruction, terminal: &Terminal) {
+/// Prints the summary and those warnings that were not printed during the run.
+pub(super) fn print_summary(found: &Reconstruction, terminal: &Terminal) {
     for sentence in report::summary(found) {
-        terminal.say(sentence);
+        terminal.message(sentence);
     }
     for warning in &found.warnings {
         terminal.warning(warning);

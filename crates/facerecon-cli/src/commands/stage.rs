@@ -1,25 +1,25 @@
-//! Every stage alone, from files to files.
+//! Single stages, from files to files.
 
 use std::path::Path;
 
 use facerecon_core::data::{CloudFrame, Rgb};
 use facerecon_core::math::{Similarity, Vec3};
 use facerecon_core::output::report::marks;
-use facerecon_core::pipeline::Error;
-use facerecon_core::pipeline::Params;
 use facerecon_core::pipeline::single_stage;
+use facerecon_core::pipeline::{Params, Profile};
+use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::detect::{self, DetectMethod};
-use facerecon_core::stages::filter;
 use facerecon_core::stages::register::RegisterInput;
 use facerecon_core::stages::{
-    deform as deform_stage, register as register_stage, smooth as smooth_stage,
+    deform as deform_stage, filter as filter_stage, register as register_stage,
+    smooth as smooth_stage,
 };
 use facerecon_core::template::Template;
 use facerecon_core::{io, output};
-use serde::{Deserialize, Deserializer};
 use serde_json::json;
 
-use super::{capture, load_params, named_png, template, to_json};
+use super::pose::{self, Pose};
+use super::{capture, load_params, require_png_name, template, to_json};
 use crate::args::{
     DeformArgs, DetectArgs, FilterArgs, FilterStep, RegisterArgs, SmoothArgs, StageArgs,
     SurfaceArgs, TextureArgs, TriangulateArgs,
@@ -28,42 +28,47 @@ use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::progress::Progress;
 
-/// Thesis section 2.2: one photo after a step of the preprocessing.
+/// Colour of the crosses on detected dots, sRGB.
+const DOT_COLOR: [u8; 3] = [255, 64, 32];
+
+/// Filters one photo (thesis section 2.2) and writes the image after one step.
 pub(super) fn filter(args: &FilterArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
-    named_png(&args.output)?;
+    require_png_name(&args.output)?;
     let photo = io::image::read_photo(&args.image)?;
-    let filtered = filter::filter(&photo.gray, &params.filter, &())?;
-    let picture = match args.step {
+    let progress = Progress::new(terminal);
+    let filtered = filter_stage::filter(&photo.gray, &params.filter, &progress)?;
+    let image = match args.step {
         FilterStep::Equalize => filtered.equalized.unwrap_or(photo.gray),
         FilterStep::Sharpen => filtered.sharpened,
         FilterStep::Threshold => filtered.binary,
         FilterStep::Thin => {
             let thin = detect::DetectParams { method: DetectMethod::Thin, ..params.detect };
-            let found = detect::detect(&filtered.binary, &thin, &())?;
+            let found = detect::detect(&filtered.binary, &thin, &progress)?;
             found.thinned.unwrap_or(filtered.binary)
         }
     };
-    io::image::write_png(&args.output, &picture.to_u8())?;
+    drop(progress);
+    io::image::write_png(&args.output, &image.to_u8())?;
     terminal.wrote(&[&args.output], json!({}));
     Ok(())
 }
 
-/// The dots of one photo.
+/// Detects the dots of one photo.
 pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
-    args.picture.as_deref().map_or(Ok(()), named_png)?;
+    args.picture.as_deref().map_or(Ok(()), require_png_name)?;
     let photo = io::image::read_photo(&args.image)?;
-    let found = single_stage::detect_dots(&photo.gray, &params, &Progress::new(terminal.quiet))?;
+    let found = single_stage::detect_dots(&photo.gray, &params, &Progress::new(terminal))?;
     if let Some(path) = &args.output {
         io::table::write_dots(path, &found.dots)?;
-        terminal.say(format!("wrote {}", path.display()));
+        terminal.message(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.picture {
         let mut picture: Rgb = photo.rgb.clone();
-        marks::crosses(&mut picture, found.dots.iter().map(|d| (d.position, [255, 64, 32])));
+        marks::crosses(&mut picture, found.dots.iter().map(|d| (d.position, DOT_COLOR)));
         io::image::write_png(path, &picture)?;
-        terminal.say(format!("wrote {}", path.display()));
+        terminal.message(format!("wrote {}", path.display()));
     }
     if terminal.json {
         let facts = json!({ "dots": found.dots.len(), "spacing_px": found.spacing_px });
@@ -75,19 +80,16 @@ pub(super) fn detect(args: &DetectArgs, terminal: &Terminal) -> Result<(), Failu
     Ok(())
 }
 
-/// The table of matches of a capture.
-pub(super) fn find_matches(args: &StageArgs, terminal: &Terminal) -> Result<(), Failure> {
+/// Matches the dots of a capture and writes the table of matches.
+pub(super) fn correspond(args: &StageArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let loaded = capture::read(&args.capture)?;
-    let found =
-        single_stage::find_matches(&loaded.capture, &params, &Progress::new(terminal.quiet))?;
+    loaded.warnings.iter().for_each(|w| terminal.warning(w));
+    let found = single_stage::find_matches(&loaded.capture, &params, &Progress::new(terminal))?;
     let rows =
         output::matches_table(&found.matches, &found.rectification, &[], &Similarity::identity());
     io::table::write_matches(&args.output, &rows)?;
-    for warning in &loaded.warnings {
-        terminal.warning(warning);
-    }
-    terminal.say(format!("wrote {}", args.output.display()));
+    terminal.message(format!("wrote {}", args.output.display()));
     if terminal.json {
         let [left, right] = found.dots;
         let dots = json!({ "left": left, "right": right });
@@ -98,59 +100,58 @@ pub(super) fn find_matches(args: &StageArgs, terminal: &Terminal) -> Result<(), 
     Ok(())
 }
 
-/// Points in space from a table of matches.
+/// Computes points in space from a table of matches.
 pub(super) fn triangulate(args: &TriangulateArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
-    let capture = io::capture::read_capture(&args.capture)?.capture;
+    let loaded = io::capture::read_capture(&args.capture)?;
+    loaded.warnings.iter().for_each(|w| terminal.warning(w));
     let head = template::load(&args.template, terminal)?;
     let rows = io::table::read_matches(&args.matches)?;
     let pairs: Vec<_> = rows.iter().map(|r| (r.left, r.right)).collect();
-    let points = single_stage::triangulate_photo_pairs(&capture, &pairs, &head, &params, &())?;
-    let frame =
-        if points.frame.is_metric() { "camera frame, mm" } else { "model units: no calibration" };
+    let progress = Progress::new(terminal);
+    let points = single_stage::triangulate_photo_pairs(
+        &loaded.capture,
+        &pairs,
+        &head,
+        &params,
+        &progress,
+    )?;
+    drop(progress);
+    let frame = frame_comment(points.frame.is_metric());
     io::ply::write_cloud(&args.output, &points.cloud, frame)?;
-    terminal.say(format!("{} points, {frame}", points.cloud.len()));
+    terminal.message(format!("{} points, {frame}", points.cloud.len()));
     let facts = json!({ "points": points.cloud.len(), "metric": points.frame.is_metric() });
     terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
-/// A cloud in the frame of the generic head.
+/// Registers a cloud with the generic head.
 pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
     let cloud = io::read_points(&args.cloud)?;
-    let features = features(args.capture.as_deref(), &head, &params)?;
+    let landmarks = landmarks(args.capture.as_deref(), &head, &params, terminal)?;
     let input = RegisterInput {
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
-        features: &single_stage::feature_points(&features, &head),
+        features: &single_stage::feature_points(&landmarks, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
-    let pose = register_stage::register(&input, &params.register, &Progress::new(terminal.quiet))?;
+    let pose = register_stage::register(&input, &params.register, &Progress::new(terminal))?;
     let (_, model_from_data) = single_stage::to_scale(&head, &pose, !args.model_units);
     io::ply::write_cloud(&args.output, &cloud.transformed(&model_from_data), "model frame")?;
-    let facts = json!({
-        "model_from_data": model_from_data.to_rows(),
-        "template_scale": 1.0 / pose.model_from_data.scale,
-        "iterations": pose.iterations,
-        "from_features": pose.from_features,
-        "termination": pose.termination,
-        "rms_before": pose.rms_before,
-        "rms_after": pose.rms_after,
-        "error_history": pose.history,
-    });
+    let facts = pose::to_json(&pose, &model_from_data);
     let beside = args.output.with_extension("json");
     io::atomic::write(&beside, format!("{facts:#}\n").as_bytes())?;
-    terminal.say(format!("wrote {} and {}", args.output.display(), beside.display()));
+    terminal.message(format!("wrote {} and {}", args.output.display(), beside.display()));
     if terminal.json {
         terminal.result(&to_json(&facts));
     }
     Ok(())
 }
 
-/// The generic head bent to a registered cloud.
+/// Deforms the generic head to a registered cloud.
 pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let head = template::load(&args.template, terminal)?;
@@ -160,136 +161,108 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         Some(path) => Pose::read(path)?,
         None if beside.is_file() => Pose::read(&beside)?,
         None if args.capture.is_some() => {
-            return Err(Failure::usage("--capture needs --pose, the JSON that register wrote"));
+            return Err(Failure::usage("--capture needs --pose, the JSON written by register"));
         }
         None => Pose::default(),
     };
-    let features = features(args.capture.as_deref(), &head, &params)?;
+    let landmarks = landmarks(args.capture.as_deref(), &head, &params, terminal)?;
     let size = Similarity { scale: pose.template_scale, ..Similarity::identity() };
     let mesh = head.mesh.transformed(&size);
-    let assignments =
-        facerecon_core::spatial::eliminate_multiple(&cloud.points, &mesh.vertices, None);
+    let assignments = eliminate_multiple(&cloud.points, &mesh.vertices, None);
     let input = deform_stage::DeformInput {
         template: &mesh,
         data: &cloud,
         assignments: &assignments,
-        features: &single_stage::feature_goals(&features, &head, &pose.model_from_data),
+        features: &single_stage::feature_goals(&landmarks, &head, &pose.model_from_data),
     };
-    let bent = deform_stage::deform(&input, &params.deform, &Progress::new(terminal.quiet))?;
-    io::write_mesh(&args.output, &bent.mesh, None)?;
-    terminal.say(format!(
-        "{:.3} from its goals before, {:.3} after (root mean square)",
-        bent.rms_before, bent.rms_after
+    let deformed = deform_stage::deform(&input, &params.deform, &Progress::new(terminal))?;
+    io::write_mesh(&args.output, &deformed.mesh, None)?;
+    terminal.message(format!(
+        "root mean square distance from the targets: {:.3} before, {:.3} after",
+        deformed.rms_before, deformed.rms_after
     ));
     let facts = json!({
-        "goals": assignments.len(),
-        "features": input.features.len(),
-        "rms_before": bent.rms_before,
-        "rms_after": bent.rms_after,
+        "targets": assignments.len(),
+        "landmarks": input.features.len(),
+        "rms_before": deformed.rms_before,
+        "rms_after": deformed.rms_after,
     });
     terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
-/// The measured surface of a capture.
+/// Meshes the measured surface of a capture.
 pub(super) fn surface(args: &SurfaceArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
     let loaded = capture::read(&args.capture)?;
+    loaded.warnings.iter().for_each(|w| terminal.warning(w));
     let head = template::load(&args.template, terminal)?;
-    let progress = Progress::new(terminal.quiet);
+    let progress = Progress::new(terminal);
     let found = single_stage::measure_surface(&loaded.capture, &head, &params, &progress)?;
     drop(progress);
     let mesh = &found.mesh;
     io::write_mesh(&args.output, mesh, None)?;
-    for warning in &loaded.warnings {
-        terminal.warning(warning);
-    }
-    let frame = if found.metric { "camera frame, mm" } else { "model units: no calibration" };
-    let (path, count) = (args.output.display(), mesh.vertices.len());
-    terminal.say(format!("wrote {path}: {count} vertices ({frame})"));
+    terminal.message(format!("{} vertices, {}", mesh.vertices.len(), frame_comment(found.metric)));
+    let facts = json!({ "vertices": mesh.vertices.len(), "faces": mesh.faces.len() });
+    terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 
-/// A smoothed mesh.
+/// Smooths a mesh.
 pub(super) fn smooth(args: &SmoothArgs, terminal: &Terminal) -> Result<(), Failure> {
-    // smoothing nothing would be an odd thing to be asked for: the thesis's way is the default here
+    // profile `precise` does not smooth: without an explicit choice this command takes the
+    // thesis's settings
     let mut params = load_params(&args.params)?;
     if args.params.profile.is_none() && params.smooth == Params::default().smooth {
-        params.smooth = Params::of(facerecon_core::pipeline::Profile::Facebuilder).smooth;
+        params.smooth = Params::of(Profile::Facebuilder).smooth;
     }
     let loaded = io::read_mesh(&args.mesh)?;
-    // nothing tells what was measured: the whole mesh keeps its bounds
+    loaded.warnings.iter().for_each(|w| terminal.warning(w));
+    // the measured part of the mesh is not known: the bounds of all its vertices are kept
     let reference = &loaded.mesh.vertices;
-    let done = smooth_stage::smooth(&loaded.mesh, reference, &params.smooth, &())?;
-    io::write_mesh(&args.output, &done.mesh, loaded.texture.as_ref())?;
-    terminal.say(format!("{} steps", done.steps));
-    terminal.wrote(&[&args.output], json!({ "steps": done.steps }));
+    let progress = Progress::new(terminal);
+    let smoothed = smooth_stage::smooth(&loaded.mesh, reference, &params.smooth, &progress)?;
+    drop(progress);
+    io::write_mesh(&args.output, &smoothed.mesh, loaded.texture.as_ref())?;
+    terminal.message(format!("{} steps", smoothed.steps));
+    terminal.wrote(&[&args.output], json!({ "steps": smoothed.steps }));
     Ok(())
 }
 
-/// A mesh coloured from the photographs of a capture.
+/// Textures a mesh from the photographs of a capture.
 pub(super) fn texture(args: &TextureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = load_params(&args.params)?;
-    let loaded = io::read_mesh(&args.mesh)?;
-    let capture = io::capture::read_capture(&args.capture)?.capture;
-    let before_cameras = match &args.pose {
-        Some(path) => loaded.mesh.transformed(&Pose::read(path)?.model_from_data.inverse()),
-        None => loaded.mesh.clone(),
+    let mesh = io::read_mesh(&args.mesh)?;
+    let capture = io::capture::read_capture(&args.capture)?;
+    mesh.warnings.iter().chain(&capture.warnings).for_each(|w| terminal.warning(w));
+    let in_camera_frame = match &args.pose {
+        Some(path) => mesh.mesh.transformed(&Pose::read(path)?.model_from_data.inverse()),
+        None => mesh.mesh.clone(),
     };
-    let progress = Progress::new(terminal.quiet);
-    let made = single_stage::texture_mesh(&capture, &before_cameras, &params, &progress)?;
-    io::write_mesh(&args.output, &loaded.mesh, Some(&made.image))?;
-    terminal.wrote(&[&args.output], json!({ "texture_px": made.image.width() }));
+    let progress = Progress::new(terminal);
+    let texture =
+        single_stage::texture_mesh(&capture.capture, &in_camera_frame, &params, &progress)?;
+    drop(progress);
+    io::write_mesh(&args.output, &mesh.mesh, Some(&texture.image))?;
+    terminal.wrote(&[&args.output], json!({ "texture_px": texture.image.width() }));
     Ok(())
 }
 
-/// The features marked in a capture, in its own frame; none without a capture.
-fn features(
+/// The landmarks marked in a capture with their positions in its own frame; none without a
+/// capture.
+fn landmarks(
     capture: Option<&Path>,
     head: &Template,
     params: &Params,
+    terminal: &Terminal,
 ) -> Result<Vec<(String, Vec3)>, Failure> {
-    match capture {
-        Some(path) => {
-            let capture = io::capture::read_capture(path)?.capture;
-            Ok(single_stage::features(&capture, head, params)?)
-        }
-        None => Ok(Vec::new()),
-    }
+    let Some(path) = capture else { return Ok(Vec::new()) };
+    let loaded = io::capture::read_capture(path)?;
+    loaded.warnings.iter().for_each(|w| terminal.warning(w));
+    Ok(single_stage::features(&loaded.capture, head, params)?)
 }
 
-/// What `register` found out, as later commands need it.
-#[derive(Deserialize)]
-struct Pose {
-    #[serde(deserialize_with = "similarity")]
-    model_from_data: Similarity,
-    template_scale: f64,
-}
-
-impl Default for Pose {
-    fn default() -> Self {
-        Self { model_from_data: Similarity::identity(), template_scale: 1.0 }
-    }
-}
-
-impl Pose {
-    fn read(path: &Path) -> Result<Self, Failure> {
-        let text = io::read_text(path, "pose")?;
-        let fault = |reason: String| {
-            let file = path.display();
-            Error::Input(format!("{file}: this is not the JSON that register writes: {reason}"))
-        };
-        let pose: Self = serde_json::from_str(&text).map_err(|e| fault(e.to_string()))?;
-        if !(pose.template_scale > 0.0 && pose.template_scale.is_finite()) {
-            return Err(fault(format!("template_scale is {}", pose.template_scale)).into());
-        }
-        Ok(pose)
-    }
-}
-
-fn similarity<'de, D: Deserializer<'de>>(from: D) -> Result<Similarity, D::Error> {
-    let rows = <[[f64; 4]; 4]>::deserialize(from)?;
-    Similarity::from_rows(&rows).ok_or_else(|| {
-        serde::de::Error::custom("model_from_data is no rotation with shift and scale")
-    })
+/// The frame of a cloud or mesh, as the comment of a PLY file.
+fn frame_comment(metric: bool) -> &'static str {
+    if metric { "camera frame, mm" } else { "model units: no calibration" }
 }

@@ -1,4 +1,4 @@
-//! `facerecon template`, and how all commands choose the generic head.
+//! `facerecon template`, and the loading of the template for all commands.
 
 use facerecon_core::io;
 use facerecon_core::template::{self, LoadedTemplate, Template, presets::PRESETS};
@@ -10,7 +10,7 @@ use crate::args::{TemplateAction, TemplateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// The generic head that the arguments name: the built-in one, `PRESET=FILE`, or a file with its
+/// The template named by the arguments: a built-in head, `PRESET=FILE`, or a mesh file with its
 /// landmarks beside it.
 pub(super) fn load(args: &TemplateArgs, terminal: &Terminal) -> Result<Template, Failure> {
     let name = args.template.as_deref().unwrap_or("head");
@@ -21,7 +21,7 @@ pub(super) fn load(args: &TemplateArgs, terminal: &Terminal) -> Result<Template,
     for warning in &loaded.warnings {
         terminal.warning(warning);
     }
-    terminal.say(format!(
+    terminal.message(format!(
         "template {}: {} vertices, unit {}, {:.0} mm high",
         loaded.name,
         loaded.template.mesh.vertices.len(),
@@ -36,7 +36,7 @@ pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(
     match action {
         TemplateAction::List if terminal.json => terminal.result(&to_json(&listed())),
         TemplateAction::List => {
-            terminal.result("built in:");
+            terminal.result("built-in heads:");
             for head in [template::built_in(), template::head_coarse()] {
                 terminal.result(&format!(
                     "  {:<14} {} vertices, {} faces, mm, {} landmarks",
@@ -46,11 +46,11 @@ pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(
                     head.landmarks.len()
                 ));
             }
-            terminal.result("known, from your own file (--template PRESET=FILE):");
+            terminal.result("presets for your own file (--template PRESET=FILE):");
             for preset in &PRESETS {
-                let marks = preset.landmarks.len();
+                let landmarks = preset.landmarks.len();
                 terminal.result(&format!(
-                    "  {:<14} {}; unit {}, {marks} landmarks",
+                    "  {:<14} {}; unit {}, {landmarks} landmarks",
                     preset.name, preset.title, preset.unit
                 ));
             }
@@ -58,7 +58,7 @@ pub(super) fn template(action: &TemplateAction, terminal: &Terminal) -> Result<(
         TemplateAction::Export { name, output } => {
             let Some(head) = template::named(name) else {
                 return Err(Failure::usage(format!(
-                    "there is no built-in head {name:?}; take head or head-coarse"
+                    "there is no built-in head {name:?}; expected head or head-coarse"
                 )));
             };
             io::write_mesh(output, &head.mesh, None)?;

@@ -1,4 +1,4 @@
-//! Many captures: one outcome a capture, finished ones are not done again.
+//! Many captures: one outcome per capture; finished ones are skipped.
 
 use std::path::{Path, PathBuf};
 
@@ -20,13 +20,13 @@ use crate::template::Template;
 pub enum Status {
     /// Reconstructed now.
     Done,
-    /// Reconstructed before from the same input with the same parameters.
+    /// Skipped: an earlier run made the result from the same input with the same parameters.
     Kept,
     /// Could not be reconstructed.
     Failed,
 }
 
-/// What came of one capture.
+/// The outcome of one capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Name of the capture and of its result folder.
@@ -57,14 +57,15 @@ impl std::fmt::Display for Outcome {
     }
 }
 
-/// File beside a result that says from what it was made and, on a second line, by which batch.
+/// File in a result folder: on the first line a digest of the input of the run, on the second
+/// line the name of the batch.
 const FINGERPRINT: &str = "fingerprint.txt";
 
-/// Reconstructs one capture of a batch into `output/NAME`, unless the result is there already,
-/// made from the same files with the same parameters, template and version.
+/// Reconstructs one capture of a batch into `output/NAME`, unless that folder holds the result of
+/// the same files, parameters, template, frame and version. An error becomes [`Status::Failed`].
 ///
-/// `batch` names this run where a capture may be given again, its worker having died before it
-/// could tell: what this same run finished is [`Status::Done`], not [`Status::Kept`].
+/// `batch` names this run if it may submit a capture twice (its first worker died after the work):
+/// a result that the same run finished is [`Status::Done`], not [`Status::Kept`].
 pub fn run(
     capture: &Path,
     output: &Path,
@@ -73,7 +74,7 @@ pub fn run(
     frame: Frame,
     batch: Option<&str>,
 ) -> Outcome {
-    let name = name_of(capture);
+    let name = capture_name(capture);
     let folder = output.join(&name);
     match reconstruct_or_keep(capture, &folder, head, params, frame, batch) {
         Ok(status) => read_outcome(name, status, &folder),
@@ -90,9 +91,35 @@ pub fn run(
     }
 }
 
-/// Names that several captures share: their results would overwrite each other.
+/// The captures at these paths, in their order: a capture folder or its `capture.toml` stands for
+/// itself, another folder for the captures directly inside, sorted by path. A path that is neither
+/// is kept, so that [`run`] reports what is wrong with it.
+pub fn find_captures(paths: &[PathBuf]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for path in paths {
+        let mut inside = if is_capture(path) { Vec::new() } else { captures_inside(path) };
+        inside.sort();
+        if inside.is_empty() {
+            inside.push(path.clone());
+        }
+        found.append(&mut inside);
+    }
+    found
+}
+
+fn is_capture(path: &Path) -> bool {
+    path.is_file() || path.join("capture.toml").is_file()
+}
+
+fn captures_inside(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let paths = entries.filter_map(Result::ok).map(|entry| entry.path());
+    paths.filter(|path| path.join("capture.toml").is_file()).collect()
+}
+
+/// Names shared by several captures, whose results would overwrite each other; sorted.
 pub fn shared_names(captures: &[PathBuf]) -> Vec<String> {
-    let mut names: Vec<String> = captures.iter().map(|c| name_of(c)).collect();
+    let mut names: Vec<String> = captures.iter().map(|c| capture_name(c)).collect();
     names.sort();
     let mut shared: Vec<String> =
         names.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0].clone()).collect();
@@ -100,10 +127,11 @@ pub fn shared_names(captures: &[PathBuf]) -> Vec<String> {
     shared
 }
 
-fn name_of(capture: &Path) -> String {
+/// Name of a capture and of its result folder: the name of the capture folder.
+pub fn capture_name(capture: &Path) -> String {
     let folder = if capture.is_file() { capture.parent().unwrap_or(capture) } else { capture };
-    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    whole.file_name().map_or_else(|| "capture".into(), |n| n.to_string_lossy().into_owned())
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    absolute.file_name().map_or_else(|| "capture".into(), |n| n.to_string_lossy().into_owned())
 }
 
 fn reconstruct_or_keep(
@@ -115,16 +143,17 @@ fn reconstruct_or_keep(
     batch: Option<&str>,
 ) -> Result<Status, Error> {
     let loaded = io::capture::read_capture(capture)?;
-    let print = fingerprint(&loaded.sources, head, params, frame)?;
+    let digest = fingerprint(&loaded.sources, head, params, frame)?;
     let beside = folder.join(FINGERPRINT);
     let old = std::fs::read_to_string(&beside).unwrap_or_default();
     let mut old = old.lines();
-    let (same, by) = (old.next() == Some(&print), old.next());
-    let whole = ["result.json", "face.obj", "face.glb"].iter().all(|f| folder.join(f).is_file());
-    if same && whole {
-        return Ok(if by.is_some() && by == batch { Status::Done } else { Status::Kept });
+    let (same, old_batch) = (old.next() == Some(&digest), old.next());
+    let complete = ["result.json", "face.obj", "face.glb"].iter().all(|f| folder.join(f).is_file());
+    if same && complete {
+        let by_this_run = old_batch.is_some() && old_batch == batch;
+        return Ok(if by_this_run { Status::Done } else { Status::Kept });
     }
-    // a stale mark must not outlive the files it spoke of
+    // an interrupted run must not leave the old digest beside new files
     if beside.exists() {
         std::fs::remove_file(&beside)
             .map_err(|source| IoError::Write { path: beside.clone(), source })?;
@@ -133,15 +162,16 @@ fn reconstruct_or_keep(
     let mut found = reconstruct(&loaded.capture, head, params, &recorder)?;
     found.warnings.splice(0..0, loaded.warnings);
     write_result(folder, &loaded.capture, &found, &recorder.take(), frame, false)?;
-    let by = batch.map_or(String::new(), |b| format!("{b}\n"));
-    io::atomic::write(&beside, format!("{print}\n{by}").as_bytes())?;
+    let batch_line = batch.map_or(String::new(), |b| format!("{b}\n"));
+    io::atomic::write(&beside, format!("{digest}\n{batch_line}").as_bytes())?;
     Ok(Status::Done)
 }
 
-/// A digest of everything a result follows from.
+/// SHA-256, in hexadecimal, of everything that a result depends on: version, frame, parameters,
+/// template and the bytes of the source files.
 ///
 /// # Errors
-/// [`IoError::Read`] naming a source that cannot be read.
+/// [`IoError::Read`] naming a source file that cannot be read.
 pub fn fingerprint(
     sources: &[PathBuf],
     head: &Template,
@@ -262,4 +292,29 @@ pub fn to_html(outcomes: &[Outcome]) -> Result<String, Error> {
         |outcome: &Outcome| Row { cells: cells(outcome), has_report: outcome.error.is_none() };
     let page = Page { columns: COLUMNS, rows: outcomes.iter().map(row).collect() };
     render_page(&page, "batch.html")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captures_are_found_in_folders_and_other_paths_are_kept() {
+        let home = tempfile::tempdir().unwrap();
+        let at = |name: &str| home.path().join(name);
+        for name in ["many/b", "many/a", "many/empty", "alone"] {
+            std::fs::create_dir_all(at(name)).unwrap();
+        }
+        for name in ["many/b", "many/a", "alone"] {
+            std::fs::write(at(name).join("capture.toml"), "").unwrap();
+        }
+        let file = at("alone").join("capture.toml");
+        let given = [at("many"), at("alone"), file.clone(), at("many/empty"), at("missing")];
+        let found = find_captures(&given);
+        let expected =
+            [at("many/a"), at("many/b"), at("alone"), file, at("many/empty"), at("missing")];
+        assert_eq!(found, expected);
+        assert_eq!(shared_names(&found), ["alone"]);
+        assert_eq!(capture_name(&at("alone").join("capture.toml")), "alone");
+    }
 }

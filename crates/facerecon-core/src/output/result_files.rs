@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::camera::Rectification;
 use crate::data::{Capture, Match};
@@ -14,10 +14,11 @@ use crate::output::report;
 use crate::pipeline::Error;
 use crate::pipeline::Reconstruction;
 use crate::render::Frame;
+use crate::stages::register::Registration;
 
 /// The facts of the run as `result.json` holds them.
 pub fn result_json(found: &Reconstruction) -> Value {
-    let mut timings = serde_json::Map::new();
+    let mut timings = Map::new();
     for (stage, ms) in &found.timings_ms {
         timings.insert(stage.clone(), json!(round(*ms, 2)));
     }
@@ -36,18 +37,16 @@ pub fn result_json(found: &Reconstruction) -> Value {
         "face_width_mm": size.map(|s| round(s.width_mm, 2)),
         "face_height_mm": size.map(|s| round(s.height_mm, 2)),
         "model_from_camera": found.model_from_camera.to_rows(),
-        "registration": found.registration.as_ref().map(|pose| json!({
-            "method": found.params.register.method,
-            "iterations": pose.iterations,
-            "start_iterations": pose.start_iterations,
-            "coarse_iterations": pose.coarse_iterations,
-            "termination": pose.termination,
-            "from_features": pose.from_features,
-            "rms_before": round(pose.rms_before, 4),
-            "rms_after": round(pose.rms_after, 4),
-            "inliers": pose.inliers.len(),
-            "error_history": pose.history.iter().map(|e| round(*e, 5)).collect::<Vec<_>>(),
-        })),
+        "registration": found.registration.as_ref().map(|pose| {
+            let mut facts = registration_json(pose);
+            facts.insert("rms_before".into(), json!(round(pose.rms_before, 4)));
+            facts.insert("rms_after".into(), json!(round(pose.rms_after, 4)));
+            let history: Vec<_> = pose.history.iter().map(|e| round(*e, 5)).collect();
+            facts.insert("error_history".into(), json!(history));
+            let mut all = Map::from_iter([("method".into(), json!(found.params.register.method))]);
+            all.append(&mut facts);
+            all
+        }),
         "rows": {
             "offset_px": round(found.rows.offset_px, 3),
             "roll_deg": round(found.rows.roll_deg, 4),
@@ -59,6 +58,27 @@ pub fn result_json(found: &Reconstruction) -> Value {
         "warnings": found.warnings,
         "params": found.params,
     })
+}
+
+/// The facts of a registration, in full precision: `iterations`, `start_iterations`,
+/// `coarse_iterations`, `termination`, `from_features`, `rms_before`, `rms_after`, `inliers` (their
+/// number) and `error_history`. Lengths are in units of the model.
+pub fn registration_json(pose: &Registration) -> Map<String, Value> {
+    let facts = json!({
+        "iterations": pose.iterations,
+        "start_iterations": pose.start_iterations,
+        "coarse_iterations": pose.coarse_iterations,
+        "termination": pose.termination,
+        "from_features": pose.from_features,
+        "rms_before": pose.rms_before,
+        "rms_after": pose.rms_after,
+        "inliers": pose.inliers.len(),
+        "error_history": pose.history,
+    });
+    match facts {
+        Value::Object(facts) => facts,
+        _ => Map::new(),
+    }
 }
 
 fn round(value: f64, digits: i32) -> f64 {

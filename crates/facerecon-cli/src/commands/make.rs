@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 use serde_json::json;
 
-use super::{free_folder, named_png, split_settings};
+use super::{require_folder_path, require_png_name, split_settings};
 use crate::args::{PatternArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -19,23 +19,23 @@ use crate::progress::Progress;
 
 /// Writes the image to project.
 pub(super) fn pattern(args: &PatternArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let Some(params) = own_settings::<PatternParams>("pattern", &args.set, terminal)? else {
+    let Some(params) = command_settings::<PatternParams>("pattern", &args.set, terminal)? else {
         return Ok(());
     };
-    named_png(&args.output)?;
+    require_png_name(&args.output)?;
     let image = pattern_image(&params)?;
     io::image::write_png(&args.output, &image)?;
     terminal.wrote(&[&args.output], json!({ "width": image.width(), "height": image.height() }));
     Ok(())
 }
 
-/// Renders a capture and writes its folder with the truth.
+/// Renders a capture and writes its folder with the ground truth.
 pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let Some(params) = own_settings::<SimulateParams>("simulate", &args.set, terminal)? else {
+    let Some(params) = command_settings::<SimulateParams>("simulate", &args.set, terminal)? else {
         return Ok(());
     };
-    free_folder(&args.output)?;
-    let progress = Progress::new(terminal.quiet);
+    require_folder_path(&args.output)?;
+    let progress = Progress::new(terminal);
     let made = match &args.mesh {
         Some(path) => {
             let loaded = io::read_mesh(path)?;
@@ -63,8 +63,9 @@ pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), F
     Ok(())
 }
 
-/// The settings of a maker from `NAME=VALUE`s; `None` when the list itself was asked for.
-fn own_settings<T: Value + Serialize + DeserializeOwned + Default>(
+/// The settings of `pattern` or `simulate` from `NAME=VALUE` arguments; `None` after printing the
+/// list for `--set help`.
+fn command_settings<T: Value + Serialize + DeserializeOwned + Default>(
     command: &str,
     given: &[String],
     terminal: &Terminal,
@@ -74,9 +75,9 @@ fn own_settings<T: Value + Serialize + DeserializeOwned + Default>(
         return Ok(None);
     }
     let given = split_settings(given)?;
-    let explained =
-        |e| Failure::usage(format!("{e}\n  `facerecon {command} --set help` lists its settings"));
-    parsed(&given).map(Some).map_err(explained)
+    let with_help =
+        |e| Failure::usage(format!("{e}\n  `facerecon {command} --set help` lists the settings"));
+    parsed(&given).map(Some).map_err(with_help)
 }
 
 fn parsed<T: Value + Serialize + DeserializeOwned + Default>(

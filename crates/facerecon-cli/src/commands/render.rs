@@ -7,12 +7,12 @@ use facerecon_core::spatial::SurfaceIndex;
 
 use serde_json::json;
 
-use super::named_png;
+use super::require_png_name;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
 
-/// Draws a mesh from named views, side by side.
+/// Renders a mesh from named views, side by side.
 pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failure> {
     let views = args
         .view
@@ -20,12 +20,12 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
         .map(|name| View::named(name).ok_or_else(|| unknown("--view", name, View::NAMED)))
         .collect::<Result<Vec<_>, _>>()?;
     let mode = Mode::named(&args.mode).ok_or_else(|| unknown("--mode", &args.mode, Mode::NAMED))?;
-    named_png(&args.output)?;
+    require_png_name(&args.output)?;
     let loaded = io::read_mesh(&args.mesh)?;
     let distances = match (&args.against, mode) {
-        (Some(truth), _) => Some(distances_to(&loaded.mesh, &io::read_mesh(truth)?.mesh)),
+        (Some(other), _) => Some(distances_to(&loaded.mesh, &io::read_mesh(other)?.mesh)),
         (None, Mode::Heat) => {
-            return Err(Failure::usage("--mode heat needs --against MESH to measure distances to"));
+            return Err(Failure::usage("--mode heat needs --against MESH, the mesh to measure distances to"));
         }
         (None, _) => None,
     };
@@ -43,17 +43,17 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
 
 fn unknown<T>(flag: &str, name: &str, choices: &[(&str, T)]) -> Failure {
     let names: Vec<_> = choices.iter().map(|c| c.0).collect();
-    Failure::usage(format!("{flag} {name}: take one of {}", names.join(", ")))
+    Failure::usage(format!("{flag} {name}: unknown; expected one of {}", names.join(", ")))
 }
 
-/// Distance of every vertex to another mesh's surface.
-fn distances_to(mesh: &Mesh, truth: &Mesh) -> Vec<f64> {
-    let index = SurfaceIndex::new(truth);
+/// Distance of every vertex to the surface of another mesh, mm; NaN where there is none.
+fn distances_to(mesh: &Mesh, other: &Mesh) -> Vec<f64> {
+    let index = SurfaceIndex::new(other);
     let distance = |v| index.as_ref().and_then(|i| i.closest(v)).map_or(f64::NAN, |c| c.distance);
     mesh.vertices.iter().map(distance).collect()
 }
 
-/// A mesh far in front of the origin along z was written in the camera frame.
+/// The frame of a mesh: camera when it lies farther along +z than its own size.
 fn frame_of(mesh: &Mesh) -> Frame {
     match mesh.bounds() {
         Some((low, high)) if low.z > (high - low).norm() => Frame::Camera,
