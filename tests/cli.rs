@@ -1,4 +1,4 @@
-//! Every command of the program on a small capture, end to end.
+//! Every command on a small capture, end to end.
 #![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
 
 #[path = "support/cli.rs"]
@@ -7,7 +7,7 @@ mod cli;
 use cli::Bench;
 use serde_json::Value;
 
-/// The files of a result (with a pair without the pattern).
+/// The files of a result (of a capture with a plain pair).
 const RESULT: [&str; 11] = [
     "cloud.ply",
     "coverage.png",
@@ -62,22 +62,22 @@ fn reconstruct_writes_every_file_and_prints_the_result() {
 }
 
 #[test]
-fn frames_stages_and_words_are_as_asked_for() {
+fn frames_stages_and_progress_are_as_requested() {
     let bench = Bench::new();
     let ran =
         bench.done("reconstruct capture -o out --profile facebuilder --frame camera --keep-stages");
     assert_eq!(ran.out, "");
     for stage in ["rectify", "detect", "correspond", "register", "deform", "smooth", "texture"] {
-        assert!(ran.err.contains(stage), "no word of {stage}:\n{}", ran.err);
+        assert!(ran.err.contains(stage), "no line of {stage}:\n{}", ran.err);
     }
     let kept = bench.files("out/stages").join(" ");
     for picture in ["filter", "detect", "deform"] {
         assert!(kept.contains(picture), "{picture} is not among {kept}");
     }
-    // one metre away, in the camera's frame
+    // one metre away, in the camera frame
     let bounds = &json(&bench.done("info out/face.obj").out)["bounds"];
     assert!(bounds[0][2].as_f64().unwrap() > 1000.0, "{bounds}");
-    // the profile's methods, and how a single setting changes one
+    // the methods of the profile, and a single setting
     let facts = json(&bench.text("out/result.json"));
     assert_eq!(facts["params"]["correspond"]["method"], "scan");
     bench.done("reconstruct capture -o mixed --set correspond.method=scan -q");
@@ -87,22 +87,82 @@ fn frames_stages_and_words_are_as_asked_for() {
 }
 
 #[test]
-fn photos_may_be_named_one_by_one() {
+fn photos_can_be_given_one_by_one() {
     let bench = Bench::new();
     bench.done(
         "reconstruct --left capture/left_dots.png --right capture/right_dots.png \
          --calibration capture/calibration.yml --columns 64 --rows 48 -o out -q",
     );
     let names = bench.files("out");
-    assert!(!names.contains(&"texture.png".to_owned()), "a texture from nowhere");
+    assert!(!names.contains(&"texture.png".to_owned()), "a texture without a plain pair");
     let facts = json(&bench.text("out/result.json"));
     let warnings = facts["warnings"].to_string();
     assert!(warnings.contains("no texture"), "{warnings}");
     assert_eq!(facts["metric"], true);
+    // the plain pair by its present and by its earlier option
+    for name in ["plain", "texture"] {
+        bench.done(&format!(
+            "reconstruct --left capture/left_dots.png --right capture/right_dots.png \
+             --left-{name} capture/left_plain.png --right-{name} capture/right_plain.png \
+             --calibration capture/calibration.yml --columns 64 --rows 48 -o {name} -q"
+        ));
+        assert_eq!(bench.files(name), RESULT);
+    }
+    assert_eq!(bench.read("plain/texture.png"), bench.read("texture/texture.png"));
 }
 
 #[test]
-fn the_thesis_runs_stage_by_stage() {
+fn warnings_are_in_the_result_and_printed_once() {
+    let bench = Bench::new();
+    bench.bring("toed_in", "moved");
+    bench.bring("parallel", "bare");
+    let text = bench.text("capture/capture.toml");
+    bench.write("capture/capture.toml", format!("{text}\n[colour]\nvalue = 1\n"));
+    let (before, after) = text.split_once("[rig]").unwrap();
+    let seeds = after.split_once("[seeds]").unwrap().1;
+    bench.write("bare/capture.toml", format!("{before}[seeds]{seeds}"));
+    let kernel = "--set filter.kernel=[0,0,0,0,1.5,0,0,0,0]";
+    for (arguments, parts) in [
+        // a table that the reader does not know, a kernel that brightens, a low resolution
+        (format!("capture --profile facebuilder {kernel}"), &["colour", "kernel", "768"][..]),
+        // the head moved between the dotted and the plain pair
+        ("moved".to_owned(), &["moved by"]),
+        ("bare".to_owned(), &["calibrat"]),
+    ] {
+        let ran = bench.done(&format!("reconstruct {arguments} -o out"));
+        let facts = json(&bench.text("out/result.json"));
+        let all = facts["warnings"].as_array().unwrap().iter().map(|w| w.as_str().unwrap());
+        let warnings: Vec<&str> = all.collect();
+        for part in parts {
+            assert!(warnings.iter().any(|w| w.contains(part)), "{part} is not in {warnings:?}");
+        }
+        for warning in warnings {
+            assert_eq!(ran.err.matches(warning).count(), 1, "{warning} in\n{}", ran.err);
+        }
+    }
+    // a single stage prints its warnings too
+    let filter = format!("filter capture/left_dots.png -o binary.png {kernel}");
+    let ran = bench.done(&filter);
+    assert_eq!(ran.err.matches("warning:").count(), 1, "{}", ran.err);
+    assert_eq!(bench.done(&format!("{filter} -q")).err, "");
+}
+
+#[test]
+fn stripes_are_summarised_as_stripes() {
+    let bench = Bench::new();
+    bench.done(
+        "simulate -o stripes --set width_px=512 --set height_px=384 --set focal_px=1844 \
+         --set sensor_shift=1 --set dot_mm=6 --set pattern.kind=stripes --set pattern.columns=64 \
+         --set pattern.rows=48 -q",
+    );
+    let ran = bench.done("reconstruct stripes -o out");
+    let facts = json(&bench.text("out/result.json"));
+    let summary = format!("{} points on stripe edges were matched", facts["matches"]);
+    assert!(ran.err.contains(&summary) && !ran.err.contains("dots were found"), "{}", ran.err);
+}
+
+#[test]
+fn the_stages_run_one_by_one() {
     let bench = Bench::new();
     for step in ["equalize", "sharpen", "threshold", "thin"] {
         let set = if step == "equalize" { "--set filter.equalize=global" } else { "" };
@@ -121,32 +181,34 @@ fn the_thesis_runs_stage_by_stage() {
     assert!(count > 600, "{count} dots");
     assert_eq!(bench.text("dots.csv").lines().count() as u64, count + 1);
 
-    let found = bench.done("match capture -o matches.csv --profile facebuilder --json -q");
+    let found = bench.done("correspond capture -o matches.csv --profile facebuilder --json -q");
+    bench.done("match capture -o again.csv --profile facebuilder -q");
+    assert_eq!(bench.read("matches.csv"), bench.read("again.csv"), "match is an alias");
     let matches = json(&found.out)["matches"].as_u64().unwrap();
     assert!(matches > 500, "{matches} matches");
     bench.done("triangulate matches.csv --capture capture -o cloud.ply -q");
     let pose = bench.done("register cloud.ply -o registered.ply --profile facebuilder --json -q");
     assert_eq!(json(&pose.out), json(&bench.text("registered.json")));
-    bench.done("deform registered.ply -o bent.obj --profile facebuilder -q");
-    bench.done("smooth bent.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
+    bench.done("deform registered.ply -o deformed.obj --profile facebuilder -q");
+    bench.done("smooth deformed.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
 
-    bench.done("texture face.ply --capture capture -o skin.glb --pose registered.json -q");
-    let facts = bench.done("smooth bent.obj -o again.obj --json -q").out;
+    bench.done("texture face.ply --capture capture -o textured.glb --pose registered.json -q");
+    let facts = bench.done("smooth deformed.obj -o again.obj --json -q").out;
     assert_eq!(json(&facts)["wrote"], serde_json::json!(["again.obj"]), "{facts}");
 
-    // the same face as in one go, up to the smoothing and the pose
+    // the same face as by reconstruct, up to smoothing and pose
     bench.done("reconstruct capture -o out --profile facebuilder -q");
     let between = json(&bench.done("compare face.ply out/face.obj --json").out);
     let median = between["before"]["first_to_second"]["median_mm"].as_f64().unwrap();
     assert!(median < 1.0, "{between}");
 
-    bench.done("reconstruct capture -o seen --profile facebuilder --frame camera -q");
-    bench.done("texture seen/face.obj --capture capture -o coloured.glb --set texture.size=256 -q");
+    bench.done("reconstruct capture -o camera --profile facebuilder --frame camera -q");
+    bench.done("texture camera/face.obj --capture capture -o coloured.glb --set texture.size=256 -q");
     assert_eq!(json(&bench.done("info coloured.glb").out)["texture"]["width"], 256);
 }
 
 #[test]
-fn pictures_comparisons_and_conversions() {
+fn renderings_comparisons_and_conversions() {
     let bench = Bench::new();
     bench.done("template export head-coarse -o head.obj -q");
     bench.done("template export head -o full.obj -q");
@@ -164,12 +226,12 @@ fn pictures_comparisons_and_conversions() {
         let facts = json(&bench.done(&format!("info {mode}.png")).out);
         assert!(facts["width"].as_u64() >= Some(192), "{mode}: {facts}");
     }
-    let words = bench.done("compare head.obj full.obj").out;
-    assert!(words.contains("as they lie") && words.contains("after alignment"), "{words}");
+    let table = bench.done("compare head.obj full.obj").out;
+    assert!(table.contains("before alignment") && table.contains("after alignment"), "{table}");
 }
 
 #[test]
-fn makers_and_lists() {
+fn patterns_simulations_and_lists() {
     let bench = Bench::new();
     bench.done("pattern -o pattern.png --set columns=40 --set rows=30 --set rotation_deg=7.125 -q");
     assert_eq!(json(&bench.done("info pattern.png").out)["width"], 1024);
@@ -201,18 +263,18 @@ fn makers_and_lists() {
 }
 
 #[test]
-fn check_says_what_the_photos_lack() {
+fn check_reports_what_to_improve() {
     let bench = Bench::new();
-    let words = bench.done("check capture").out;
-    // smaller than the thesis asks for
-    assert!(words.contains("WARNING") && words.contains("768"), "{words}");
+    let report = bench.done("check capture").out;
+    // smaller than the thesis requires
+    assert!(report.contains("WARNING") && report.contains("768"), "{report}");
     let facts = json(&bench.done("check capture --json").out);
     assert_eq!(facts["good"], false);
     assert!(facts["findings"].as_array().is_some_and(|f| f.len() >= 4), "{facts}");
 }
 
 #[test]
-fn printed_parameters_can_be_given_back() {
+fn printed_parameters_can_be_read_again() {
     let bench = Bench::new();
     let toml = bench.done("params --profile facebuilder --set smooth.steps=2").out;
     bench.write("mine.toml", &toml);
@@ -224,7 +286,7 @@ fn printed_parameters_can_be_given_back() {
 }
 
 #[test]
-fn batch_goes_on_after_a_failure_and_does_nothing_twice() {
+fn batch_continues_after_a_failure_and_repeats_nothing() {
     let bench = Bench::new();
     for name in ["many/a", "many/b", "many/broken"] {
         bench.bring("parallel", name);
@@ -252,7 +314,7 @@ fn batch_goes_on_after_a_failure_and_does_nothing_twice() {
 }
 
 #[test]
-fn the_demo_needs_no_input_and_knows_its_error() {
+fn the_demo_needs_no_input_and_reports_its_error() {
     let bench = Bench::new();
     let facts = json(&bench.done("demo -o out --json -q").out);
     let median = facts["error_mm"]["median_mm"].as_f64().unwrap();
@@ -284,7 +346,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         let [one, two] = [1, 2].map(|t| {
             let mut facts = json(&bench.text(&format!("{}/result.json", out(t))));
             facts.as_object_mut().unwrap().remove("timings_ms");
-            // the report but for its times
+            // the report without its times
             let report = bench.text(&format!("{}/report.html", out(t)));
             let times = [" ms</td>", "The run took", "for all stages"];
             let timed = |line: &&str| times.iter().any(|t| line.contains(t));

@@ -1,10 +1,10 @@
-//! Golden meshes: what the fixtures' captures give with every way to bend and to smooth, held
-//! against stored meshes and against the truth.
+//! Golden meshes: the captures of the fixtures reconstructed with every method of deform and
+//! smooth, compared with stored meshes and with the ground truth.
 //!
 //! `REGENERATE=1 cargo test -p facerecon-cli --test golden` rewrites the stored meshes; say in the
 //! commit why they change.
 #![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
-#![allow(clippy::print_stdout)] // the figures are worth reading
+#![allow(clippy::print_stdout)] // the figures are of interest
 
 #[path = "support/truth.rs"]
 mod truth;
@@ -19,13 +19,14 @@ use facerecon_core::pipeline::{Reconstruction, reconstruct};
 use facerecon_core::render::Frame;
 use facerecon_core::{output, template};
 
-/// The stored meshes hold every so many vertices.
+/// The stored meshes hold every 11th vertex, to keep them small.
 const STRIDE: usize = 11;
-/// Most a vertex may lie from its stored place. The same machine gives the same bytes; another's
-/// mathematics library differs in the last digit, which a few hundred steps of fitting enlarge.
+/// Greatest distance of a vertex from its stored position. One machine always gives the same bytes;
+/// the mathematics library of another differs in the last digit, which hundreds of iterations
+/// amplify.
 const TOLERANCE_MM: f64 = 0.02;
 
-/// A run and how near the true face it must come.
+/// A run, with the bounds of its distance from the true face.
 struct Case {
     capture: &'static str,
     /// Whether the 18 features are marked in it.
@@ -114,7 +115,7 @@ fn regenerating() -> bool {
     std::env::var_os("REGENERATE").is_some_and(|v| v == "1")
 }
 
-/// What is wrong with a mesh against the stored one.
+/// The difference of a mesh from the stored one, if too large.
 fn against_golden(name: &str, points: &[Vec3]) -> Option<String> {
     let file = stored(name);
     let golden = match io::read_points(&file) {
@@ -125,17 +126,16 @@ fn against_golden(name: &str, points: &[Vec3]) -> Option<String> {
         let (got, expected) = (points.len(), golden.len());
         return Some(format!("{name}: {got} sampled vertices, {expected} are stored"));
     }
-    // a NaN counts as far
     let apart = golden.iter().zip(points).map(|(a, b)| (a - b).norm());
     let (worst, at) = apart.zip(0..).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let vertex: usize = at * STRIDE;
-    // written so that a NaN is a fault, too
+    // written so that NaN is a failure too
     (!(worst <= TOLERANCE_MM)).then(|| {
-        format!("{name}: vertex {vertex} lies {worst:.4} mm from its stored place, {TOLERANCE_MM} are allowed")
+        format!("{name}: vertex {vertex} lies {worst:.4} mm from its stored position, at most {TOLERANCE_MM} is allowed")
     })
 }
 
-/// What is wrong with a result against the truth.
+/// The bounds that a result violates.
 fn against_truth(case: &Case, found: &Reconstruction) -> Vec<String> {
     let dots = truth::face_dots(&fixtures().join(case.capture));
     let score = truth::score(&dots, &output::match_rows(found, Frame::Camera));
@@ -149,35 +149,35 @@ fn against_truth(case: &Case, found: &Reconstruction) -> Vec<String> {
         d.median_mm,
         d.p90_mm
     );
-    let mut faults = Vec::new();
-    let mut need = |good: bool, what: String| {
+    let mut failures = Vec::new();
+    let mut require = |good: bool, what: String| {
         if !good {
-            faults.push(format!("{name}: {what}"));
+            failures.push(format!("{name}: {what}"));
         }
     };
-    need(dots.len() > 400, format!("only {} true dots on the face", dots.len()));
-    need(score.recall >= 0.9, format!("{:.3} of the face's dots matched", score.recall));
-    need(score.wrong <= 0.005, format!("{:.4} of the matches wrong", score.wrong));
-    need(d.median_mm <= case.median_mm, format!("median {:.3} mm from the truth", d.median_mm));
-    need(d.p90_mm <= case.p90_mm, format!("p90 {:.3} mm from the truth", d.p90_mm));
-    faults
+    require(dots.len() > 400, format!("only {} true dots on the face", dots.len()));
+    require(score.recall >= 0.9, format!("{:.3} of the face's dots matched", score.recall));
+    require(score.wrong <= 0.005, format!("{:.4} of the matches wrong", score.wrong));
+    require(d.median_mm <= case.median_mm, format!("median {:.3} mm from the truth", d.median_mm));
+    require(d.p90_mm <= case.p90_mm, format!("p90 {:.3} mm from the truth", d.p90_mm));
+    failures
 }
 
 #[test]
 fn meshes_are_as_stored_and_near_the_truth() {
-    let mut faults = Vec::new();
+    let mut failures = Vec::new();
     for case in cases() {
         let found = case.run();
-        faults.extend(against_truth(&case, &found));
+        failures.extend(against_truth(&case, &found));
         let points = sampled(&found);
         if regenerating() {
             let comment = format!("every {STRIDE}th vertex, model frame, mm");
             let cloud = Cloud::from_points(points.clone());
             io::ply::write_cloud(&stored(&case.name), &cloud, &comment).unwrap();
         }
-        faults.extend(against_golden(&case.name, &points));
+        failures.extend(against_golden(&case.name, &points));
     }
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]

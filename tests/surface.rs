@@ -1,8 +1,8 @@
-//! `--surface`: the measured surface as the mesh, from the fixtures' captures, held against the
-//! truth; what it says where there is no generic head; what it refuses.
+//! `--surface`: the measured surface as the mesh, compared with the ground truth; results without a
+//! registration; refusals.
 #![allow(clippy::unwrap_used, clippy::panic)] // also the helpers of tests may stop a test
-#![allow(clippy::print_stdout)] // the figures are worth reading
-#![allow(dead_code)] // not every helper is needed here
+#![allow(clippy::print_stdout)] // the figures are of interest
+#![allow(dead_code)] // not every helper is used here
 
 #[path = "support/cli.rs"]
 mod cli;
@@ -29,8 +29,9 @@ fn params(profile: &str, sets: &[(&str, &str)]) -> Params {
 
 #[test]
 fn the_surface_is_where_the_face_is() {
-    // (capture, profile, method, median and 90 % of the distances in mm, part within 1 mm: what lies
-    // farther away is dots on the border and in the nostrils, which the surface leaves out)
+    // (capture, profile, method, bounds of the median and 90th percentile of the distances in mm,
+    // part within 1 mm: dots on the border and in the nostrils, which the surface leaves out, are
+    // farther away)
     let cases = [
         ("parallel", "precise", "auto", 0.1, 0.35, 0.93),
         ("toed_in", "precise", "auto", 0.1, 0.35, 0.93),
@@ -58,10 +59,10 @@ fn the_surface_is_where_the_face_is() {
 }
 
 #[test]
-fn the_result_holds_what_there_is_and_null_for_the_rest() {
+fn the_result_has_null_for_what_needs_a_template() {
     let bench = Bench::new();
     let ran = bench.done("reconstruct capture -o out --surface --json");
-    assert!(ran.err.contains("measured surface itself"), "{}", ran.err);
+    assert!(ran.err.contains("measured surface"), "{}", ran.err);
     let facts = json(&ran.out);
     assert_eq!(facts["params"]["surface"]["method"], "auto");
     assert_eq!((&facts["face_width_mm"], &facts["face_height_mm"]), (&Value::Null, &Value::Null));
@@ -77,16 +78,16 @@ fn the_result_holds_what_there_is_and_null_for_the_rest() {
     for name in ["coverage.png", "report.html", "cloud.ply", "matches.csv", "depth_left.png"] {
         assert!(bench.files("out").contains(&name.to_owned()), "{name}");
     }
-    // a setting counts before the flag, and the surface can also be had alone, then coloured
+    // a setting overrides the flag; the surface alone can be textured afterwards
     bench.done("reconstruct capture -o dots --surface --set surface.method=dots -q");
     let dots = json(&bench.text("dots/result.json"));
     assert_eq!(dots["params"]["surface"]["method"], "dots");
     assert!(dots["vertices"].as_u64() < facts["vertices"].as_u64());
     bench.done("surface capture -o alone.obj -q");
-    bench.done("texture alone.obj --capture capture -o coloured.glb --set texture.size=256 -q");
-    assert_eq!(json(&bench.done("info coloured.glb").out)["texture"]["width"], 256);
-    bench.done("reconstruct capture -o seen --surface --frame camera -q");
-    let between = json(&bench.done("compare alone.obj seen/face.obj --json").out);
+    bench.done("texture alone.obj --capture capture -o textured.glb --set texture.size=256 -q");
+    assert_eq!(json(&bench.done("info textured.glb").out)["texture"]["width"], 256);
+    bench.done("reconstruct capture -o camera --surface --frame camera -q");
+    let between = json(&bench.done("compare alone.obj camera/face.obj --json").out);
     let median = between["before"]["first_to_second"]["median_mm"].as_f64().unwrap();
     assert!(median < 0.01, "{between}");
 }
@@ -103,7 +104,7 @@ fn any_number_of_threads_gives_the_same_surface() {
 }
 
 #[test]
-fn a_surface_that_fits_no_head_is_written_all_the_same() {
+fn a_surface_that_cannot_be_registered_is_written_with_a_warning() {
     let bench = Bench::new();
     let strict = "--set register.max_residual=0.001";
     let ran = bench.done(&format!("reconstruct capture -o out --surface {strict} --json -q"));
@@ -125,7 +126,7 @@ fn a_surface_that_fits_no_head_is_written_all_the_same() {
 }
 
 #[test]
-fn without_calibration_it_comes_in_model_units() {
+fn without_calibration_it_is_in_model_units() {
     let bench = Bench::new();
     let text = bench.text("capture/capture.toml");
     let (before, _) = text.split_once("[rig]").unwrap();
@@ -150,7 +151,7 @@ fn without_calibration_it_comes_in_model_units() {
 }
 
 #[test]
-fn what_encloses_no_surface_is_refused() {
+fn points_without_a_surface_are_refused() {
     let bench = Bench::new();
     for (set, code, word) in [
         ("surface.max_edge=0.5", 2, "surface.max_edge"),

@@ -1,4 +1,4 @@
-"""What several tests need: one simulated person, one reconstruction."""
+"""Shared fixtures: one simulated person, one reconstruction."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import pytest
 
 @pytest.fixture(scope="session")
 def shot() -> fr.Simulation:
-    """A person before the virtual rig."""
+    """A simulated capture."""
     return fr.simulate(subject=1)
 
 
 @pytest.fixture(scope="session")
 def folder(shot: fr.Simulation, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same as a capture folder."""
+    """Its capture folder."""
     path = tmp_path_factory.mktemp("capture") / "person"
     shot.save(path)
     return path

@@ -1,4 +1,4 @@
-"""What users read holds: docstrings of every public name, the README's cells, the wheel's facts."""
+"""Documentation: docstrings of every public name, the code of the READMEs, metadata of the wheel."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ def public() -> dict[str, Any]:
 
 PUBLIC = public()
 FUNCTIONS = {n: v for n, v in PUBLIC.items() if inspect.isfunction(v)}
-#: Functions of the issue's list that follow equations or sections of the thesis.
+#: Functions that follow equations or sections of the thesis.
 THESIS = (
-    "equalize sharpen threshold thin detect match triangulate rectify icp deform smooth texture"
+    "equalize sharpen threshold thin detect correspond triangulate rectify register deform "
+    "smooth texture"
 ).split()
 
 

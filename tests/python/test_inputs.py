@@ -1,5 +1,5 @@
-"""Every function with every kind of array: right, or refused with the argument's name, its shape
-and what is wanted."""
+"""Every function with every kind of array: a correct result, or an error with the name of the
+argument, its shape and the expected shape."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def lattice() -> Any:
 
 
 PHOTO = lattice()
-#: Enough points of a face for the registration: those of the head itself, before the camera.
+#: Enough points of a face for a registration: vertices of the head, in the camera frame.
 POINTS = HEAD.vertices[HEAD.vertices[:, 2] > 20.0] * [1.0, -1.0, -1.0] + [0.0, 0.0, 1300.0]
 CAPTURE = fr.Capture(PHOTO, PHOTO, PHOTO, PHOTO, rig=RIG)
 PAIRS = np.array([[80.0, 40.0], [90.0, 50.0], [70.0, 60.0], [60.0, 44.0], [85.0, 71.0]])
 
 
 def kinds(array: Any) -> dict[str, Any]:
-    """The same numbers laid out differently."""
+    """The same numbers in other memory layouts and types."""
     wide = np.zeros(tuple(3 * n for n in array.shape), dtype=array.dtype)
     strided = wide[tuple(slice(None, None, 3) for _ in array.shape)]
     strided[...] = array
@@ -76,20 +76,20 @@ ROWS: list[tuple[str, str, Any, Take]] = [
         lambda a: fr.Mesh(HEAD.vertices, HEAD.faces, uv=a, uv_faces=HEAD.uv_faces).uv,
     ),
     (
-        "icp",
+        "register",
         "data",
         POINTS,
-        lambda a: fr.icp(a, HEAD, max_iterations=3, profile="facebuilder").model_from_data,
+        lambda a: fr.register(a, HEAD, max_iterations=3, profile="facebuilder").model_from_data,
     ),
     (
-        "icp, features",
-        r"features\[0\]",
+        "register, landmarks",
+        r"landmarks\[0\]",
         POINTS[:9],
         lambda a: (
-            fr.icp(
+            fr.register(
                 POINTS,
                 HEAD,
-                features=(a, HEAD.vertices[HEAD.vertices[:, 2] > 20.0][:9]),
+                landmarks=(a, HEAD.vertices[HEAD.vertices[:, 2] > 20.0][:9]),
                 profile="facebuilder",
             ).model_from_data
         ),
@@ -137,9 +137,9 @@ def test_images(name: str, argument: str, take: Take) -> None:
     colour = np.repeat(PHOTO[:, :, None], 3, axis=2)
     assert np.allclose(take(np.asfortranarray(colour)), wanted, atol=0.02)
     refused: list[tuple[Any, str]] = [
-        (PHOTO.reshape(-1), r"has shape \(19200,\) .*is wanted"),
-        (np.zeros((4, 120, 160), np.uint8), r"has shape \(4, 120, 160\) .*is wanted"),
-        (np.zeros((120, 160, 3)), r"has shape \(120, 160, 3\) and type float64.*uint8 is wanted"),
+        (PHOTO.reshape(-1), r"has shape \(19200,\) .*; expected"),
+        (np.zeros((4, 120, 160), np.uint8), r"has shape \(4, 120, 160\) .*; expected"),
+        (np.zeros((120, 160, 3)), r"has shape \(120, 160, 3\) and type float64; expected .*uint8"),
         (np.zeros((0, 160), np.uint8), r"has shape \(0, 160\)"),
         (PHOTO.astype(np.int64), ".*type int64"),
         (PHOTO > 50, ".*type bool"),
@@ -147,7 +147,7 @@ def test_images(name: str, argument: str, take: Take) -> None:
         (PHOTO.astype(str), ".*type <U"),
         (None, ".*type object"),
         ([[1.0], [2.0, 3.0]], "is ragged"),
-        (spoiled(PHOTO, np.nan), r"has shape \(120, 160\), but pixel \(1, 3\) is nan.*wanted"),
+        (spoiled(PHOTO, np.nan), r"has shape \(120, 160\), but pixel \(1, 3\) is nan; expected"),
         (spoiled(PHOTO, -np.inf), r".*pixel \(1, 3\) is -inf"),
         (spoiled(PHOTO, 1e300), r".*pixel \(1, 3\)"),
     ]
@@ -172,14 +172,14 @@ def test_points(name: str, argument: str, array: Any, take: Take) -> None:
     refused: list[tuple[Any, str]] = [
         (
             array[:, :-1],
-            rf"has shape \({n}, {columns - 1}\) .*\(n, {columns}\) of numbers is wanted",
+            rf"has shape \({n}, {columns - 1}\) .*; expected .*\(n, {columns}\) of numbers",
         ),
         (array.reshape(-1), rf"has shape \({n * columns},\)"),
         (array[None], rf"has shape \(1, {n}, {columns}\)"),
         (array.astype(complex), ".*type complex128"),
         (array.astype(str), ".*type <U"),
         (array > 0, ".*type bool"),
-        (spoiled(array, np.nan), rf"has shape \({n}, {columns}\), but row 3 .*nan.*wanted"),
+        (spoiled(array, np.nan), rf"has shape \({n}, {columns}\), but row 3 .*nan.*; expected"),
         (spoiled(array, np.inf), ".*row 3 .*inf"),
     ]
     for bad, message in refused:
@@ -187,8 +187,22 @@ def test_points(name: str, argument: str, array: Any, take: Take) -> None:
             take(bad)
 
 
+def test_marks_outside_the_photo_are_refused() -> None:
+    """The checks of the file reader hold for arrays too."""
+    inside = ((80.0, 60.0), (72.0, 60.0))
+    for outside in (((500.0, 60.0), (72.0, 60.0)), ((80.0, 60.0), (-40.0, 60.0))):
+        with pytest.raises(ValueError, match="chin"):
+            fr.Capture(PHOTO, PHOTO, landmarks={"chin": outside})
+        with pytest.raises(ValueError, match="chin"):
+            CAPTURE.with_landmarks({"chin": outside})
+        seeds = {"head": inside, "left_ear": inside, "right_ear": outside}
+        with pytest.raises(ValueError, match="right_ear"):
+            fr.Capture(PHOTO, PHOTO, seeds=seeds)
+    assert CAPTURE.with_landmarks({"chin": inside}).landmarks == {"chin": inside}
+
+
 Make = Callable[[], Any]
-#: What is given beside arrays.
+#: Other arguments that are refused.
 REFUSED: list[tuple[str, str, Make]] = [
     ("smooth", "mesh is a ndarray of shape", lambda: fr.smooth(HEAD.vertices)),  # type: ignore[arg-type]
     ("deform", "template is a str", lambda: fr.deform("head", POINTS)),  # type: ignore[arg-type]
@@ -207,10 +221,15 @@ REFUSED: list[tuple[str, str, Make]] = [
     ("render size", r"size is \(0, 5\)", lambda: fr.render(HEAD, size=(0, 5))),
     ("render size", "size is 5", lambda: fr.render(HEAD, size=5)),  # type: ignore[arg-type]
     ("render mode", "mode is 'x'|mode is \"x\"", lambda: fr.render(HEAD, mode="x")),
-    ("icp model", "model is a ndarray", lambda: fr.icp(POINTS, HEAD.vertices)),  # type: ignore[arg-type]
-    ("icp features", "features is not a pair", lambda: fr.icp(POINTS, HEAD, features=3)),  # type: ignore[arg-type]
+    ("register model", "model is a ndarray", lambda: fr.register(POINTS, HEAD.vertices)),  # type: ignore[arg-type]
+    ("register landmarks", "landmarks is not a pair", lambda: fr.register(POINTS, HEAD, landmarks=3)),  # type: ignore[arg-type]
     ("triangulate", "matches is not a pair", lambda: fr.triangulate(CAPTURE, 7)),  # type: ignore[arg-type]
-    ("match", "capture is a ndarray", lambda: fr.match(PHOTO)),
+    ("correspond", "capture is a ndarray", lambda: fr.correspond(PHOTO)),
+    (
+        "register landmarks twice",
+        "both given",
+        lambda: fr.register(POINTS, HEAD, landmarks=(POINTS, POINTS), features=(POINTS, POINTS)),
+    ),
     ("reconstruct", "params is a dict", lambda: fr.reconstruct(CAPTURE, params={})),  # type: ignore[arg-type]
     ("equalize", "method is 'x'", lambda: fr.equalize(PHOTO, "x")),
     ("sharpen", "kernel", lambda: fr.sharpen(PHOTO, np.zeros((2, 2)))),
@@ -274,7 +293,7 @@ REFUSED: list[tuple[str, str, Make]] = [
     ("params", "smooth.steps is a object", lambda: fr.Params(smooth={"steps": object()})),
     (
         "viz",
-        "capture is wanted",
+        "capture is missing",
         lambda: viz.matches(fr.Matches(PAIRS, PAIRS, PAIRS[:, 0], PAIRS, PAIRS, PAIRS[:, 0])),
     ),
     ("viz", r"values has shape \(4,\)", lambda: viz.heat(HEAD, np.zeros(4))),
@@ -290,11 +309,11 @@ def test_other_arguments_are_refused_by_name(name: str, message: str, make: Make
     assert isinstance(caught.value, fr.FaceReconError), type(caught.value)
 
 
-def test_empty_and_tiny_inputs_end_in_a_word() -> None:
+def test_empty_and_tiny_inputs_give_an_error() -> None:
     none = np.zeros((0, 3))
     empty = fr.Mesh(none, np.zeros((0, 3), np.uint32))
     for make in (
-        lambda: fr.icp(none, HEAD),
+        lambda: fr.register(none, HEAD),
         lambda: fr.deform(HEAD, none),
         lambda: fr.fit(HEAD, none),
         lambda: fr.deform(empty, POINTS),
@@ -304,7 +323,7 @@ def test_empty_and_tiny_inputs_end_in_a_word() -> None:
         lambda: fr.simulate(empty),
         lambda: fr.texture(empty, CAPTURE),
         lambda: fr.detect(np.zeros((1, 1))),
-        lambda: fr.match(fr.Capture(np.zeros((1, 1)), np.zeros((1, 1)))),
+        lambda: fr.correspond(fr.Capture(np.zeros((1, 1)), np.zeros((1, 1)))),
         lambda: fr.reconstruct(CAPTURE),
     ):
         with pytest.raises(fr.FaceReconError, match="."):
@@ -313,7 +332,7 @@ def test_empty_and_tiny_inputs_end_in_a_word() -> None:
     assert "0 points" in fr.Cloud(none)._repr_html_()
 
 
-def test_huge_coordinates_are_refused_or_right() -> None:
+def test_huge_coordinates_give_an_error_or_a_result() -> None:
     far = fr.Mesh(HEAD.vertices * 1e200, HEAD.faces)
     for make in (lambda: fr.render(far), lambda: fr.compare(far, HEAD), lambda: fr.smooth(far)):
         try:

@@ -1,4 +1,4 @@
-"""Photographs to a face; the same bytes as the command line; watching and stopping."""
+"""From photographs to a face; the same bytes as the command line; progress and cancellation."""
 
 from __future__ import annotations
 
@@ -34,19 +34,24 @@ def facerecon(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 def test_the_face_is_where_the_truth_is(shot: fr.Simulation, result: fr.Result) -> None:
     assert result.metric and len(result.matches) > 800
-    truth = shot.mesh.transformed(np.linalg.inv(shot.camera_from_model))
-    # the true face is what the left camera saw of it, in the camera frame
-    mesh = result.mesh_in("camera")
-    rows, cols = np.nonzero(shot.face & np.isfinite(shot.depth_mm))
+    # the vertices of the true face that the left camera sees, camera frame
     rig = shot.capture.rig
     assert rig is not None
-    z = shot.depth_mm[rows, cols].astype(np.float64)
-    rays = np.linalg.inv(rig.K1) @ np.stack([cols, rows, np.ones_like(rows)])
-    points = (rays * z).T[::97]
-    nearest = np.array([np.linalg.norm(mesh.vertices - p, axis=1).min() for p in points])
-    # vertices lie some millimetres apart: near one of them is near the surface
-    assert np.median(nearest) < 2.5
-    assert len(truth.vertices) == len(shot.mesh.vertices)
+    pixels = np.rint((shot.mesh.vertices / shot.mesh.vertices[:, 2:]) @ rig.K1.T).astype(int)
+    cols, rows = pixels[:, 0], pixels[:, 1]
+    height, width = shot.depth_mm.shape
+    inside = (cols >= 0) & (cols < width) & (rows >= 0) & (rows < height)
+    cols, rows = np.where(inside, cols, 0), np.where(inside, rows, 0)
+    visible = shot.mesh.vertices[:, 2] < shot.depth_mm[rows, cols] + 3.0
+    region = inside & shot.face[rows, cols] & visible
+    assert region.sum() > 300
+    apart = fr.compare(shot.mesh, result.mesh_in("camera"), region=region, alignment="none")
+    # the bounds of tests/golden.rs for profile precise
+    figures = apart.facts["before"]["first_to_second"]
+    assert figures["median_mm"] < 0.12 and figures["p90_mm"] < 0.4, figures
+    # back in its own frame the simulated person is the mesh in the model frame
+    back = shot.mesh.transformed(np.linalg.inv(shot.camera_from_model))
+    assert np.abs(back.vertices).max() < 300.0 < shot.mesh.vertices[:, 2].min()
 
 
 @pytest.mark.parametrize("profile", ["precise", "facebuilder"])
@@ -101,15 +106,15 @@ def test_arrays_give_what_files_give(shot: fr.Simulation, result: fr.Result) -> 
         "left_ear",
         "right_ear",
     }
-    again = fr.match(rebuilt)
-    assert np.array_equal(again.left, fr.match(seen).left)
-    assert np.allclose(again.left, fr.match(result.capture).left, atol=1e-6)
+    again = fr.correspond(rebuilt)
+    assert np.array_equal(again.left, fr.correspond(seen).left)
+    assert np.allclose(again.left, fr.correspond(result.capture).left, atol=1e-6)
 
 
-def test_a_result_shows_itself(result: fr.Result) -> None:
+def test_a_result_has_its_parts_and_notebook_images(result: fr.Result) -> None:
     face = result.mesh
     assert face.vertices.shape[1] == 3 and face.faces.dtype == np.uint32
-    assert face.texture is not None and set(fr.FEATURES) <= set(face.landmarks)
+    assert face.texture is not None and set(fr.LANDMARK_NAMES) <= set(face.landmarks)
     assert result.depth_left.shape == result.depth_right.shape == result.capture.left.shape[:2]
     assert result.matches.to_numpy().shape == (len(result.matches), 11)
     table = result.matches.to_pandas()
@@ -121,7 +126,7 @@ def test_a_result_shows_itself(result: fr.Result) -> None:
     for shown in (result.capture, result.mesh, result.cloud, result.cloud_in("camera")):
         assert "data:image/png" in shown._repr_html_(), shown
     assert "data:image/png" in result.matches._repr_html_()
-    assert result.termination in ("converged", "max_iterations")
+    assert result.termination == "converged"
     assert result.timings["total"] > 0 and "correspond" in result.timings
     assert len(result.artifacts()) > 0 and result.summary()
 
@@ -146,15 +151,15 @@ def test_callbacks_see_the_stages_and_may_stop_the_run(folder: Path) -> None:
     def watch(event: fr.Event) -> None:
         seen.append(f"{event.stage} {event.kind}")
         if event.stage == "correspond":
-            raise RuntimeError("enough")
+            raise RuntimeError("stop")
 
-    with pytest.raises(RuntimeError, match="enough"):
+    with pytest.raises(RuntimeError, match="stop"):
         fr.reconstruct(folder, progress=watch)
     assert "rectify started" in seen and "detect finished" in seen
     assert not any(s.startswith("texture") for s in seen)
 
 
-#: Tells when it is about to work, works until it is stopped, tells how and after how long.
+#: Prints a line, works until it is stopped, prints how.
 LONG = """
 import signal, sys, time
 import facerecon as fr
@@ -260,7 +265,7 @@ def test_parameters_are_those_of_the_command_line(tmp_path: Path) -> None:
         fr.Params("best")
 
 
-def test_faults_have_their_class_and_say_what_to_do(tmp_path: Path) -> None:
+def test_errors_have_their_class_and_say_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="nowhere"):
         fr.reconstruct(tmp_path / "nowhere")
     black = np.zeros((576, 768, 3), dtype=np.uint8)

@@ -1,7 +1,8 @@
-"""Every stage on arrays, chained by hand as the thesis's modules."""
+"""Every stage on arrays, and the stages in sequence."""
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import facerecon as fr
@@ -39,23 +40,26 @@ def test_layouts_of_images_do_not_matter(shot: fr.Simulation) -> None:
     assert np.allclose(fr.sharpen(gray.astype(np.uint16) * 257), wanted, atol=1e-3)
 
 
-def test_from_matches_to_a_bent_and_coloured_head(shot: fr.Simulation) -> None:
+def test_from_matches_to_a_deformed_and_textured_head(shot: fr.Simulation) -> None:
     rows = fr.rectify(shot.capture)
     assert rows.left.shape == shot.capture.left.shape[:2] and rows.plain is not None
-    found = fr.match(shot.capture)
+    found = fr.correspond(shot.capture)
     cloud = fr.triangulate(shot.capture, found)
     assert len(cloud) == len(found) and 900 < np.median(cloud.points[:, 2]) < 1700
-    pose = fr.icp(cloud)
+    pose = fr.register(cloud)
     assert pose.model_from_data.shape == (4, 4) and pose.rms_after <= pose.rms_before
-    assert pose.termination in ("converged", "max_iterations") and pose.history
+    assert pose.termination == "converged" and pose.history
+    # one step is too few to converge
+    early = fr.register(cloud, profile="facebuilder", max_iterations=1, coarse_first=False)
+    assert early.termination == "max_iterations" and len(early.history) == 2
     points = pose.apply(cloud.points)
     head = fr.head()
-    bent = fr.deform(head, points, method="gaussian-rbf")
-    assert bent.mesh.vertices.shape == head.vertices.shape and bent.rms_after <= bent.rms_before
+    deformed = fr.deform(head, points, method="gaussian-rbf")
+    assert deformed.mesh.vertices.shape == head.vertices.shape and deformed.rms_after <= deformed.rms_before
     fitted = fr.fit(head, points)
     assert fitted.rms_after < fitted.rms_before
-    calm = fr.smooth(bent.mesh, steps=3)
-    assert calm.landmarks == head.landmarks
+    smoothed = fr.smooth(deformed.mesh, steps=3)
+    assert smoothed.landmarks == head.landmarks
     camera = fitted.mesh.transformed(np.linalg.inv(pose.model_from_data))
     coloured, coverage = fr.texture(camera, shot.capture, size=256)
     assert coloured.texture is not None and coloured.texture.shape == (256, 256, 3)
@@ -65,21 +69,21 @@ def test_from_matches_to_a_bent_and_coloured_head(shot: fr.Simulation) -> None:
 def test_wrong_points_are_refused() -> None:
     head = fr.head("head-coarse")
     with pytest.raises(ValueError, match=r"data has shape \(5, 2\)"):
-        fr.icp(np.zeros((5, 2)), head)
+        fr.register(np.zeros((5, 2)), head)
     with pytest.raises(ValueError, match="data .*finite"):
         fr.deform(head, np.full((50, 3), np.nan))
     with pytest.raises(ValueError, match="assignments names vertices"):
         fr.deform(head, np.zeros((5, 3)), assignments={10**6: (0, 0, 0)})
     with pytest.raises(ValueError, match="no .*third_eye"):
-        fr.deform(head, np.zeros((5, 3)), features={"third_eye": (0, 0, 0)})
+        fr.deform(head, np.zeros((5, 3)), landmarks={"third_eye": (0, 0, 0)})
     with pytest.raises(ValueError, match="right has shape"):
         black = fr.Capture(np.zeros((50, 60, 3), np.uint8), np.zeros((50, 60, 3), np.uint8))
         fr.triangulate(black, (np.zeros((4, 2)), np.zeros((5, 2))))
     with pytest.raises(fr.FaceReconError):
-        fr.icp(np.zeros((0, 3)), head)
+        fr.register(np.zeros((0, 3)), head)
 
 
-def test_makers(tmp_path: Path) -> None:
+def test_functions_around_the_pipeline(tmp_path: Path) -> None:
     image = fr.pattern(columns=20, rows=10, width_px=320, height_px=160)
     assert image.shape == (160, 320, 3) and set(np.unique(image)) >= {0, 255}
     with pytest.raises(ValueError, match="dot_fraction"):
@@ -113,3 +117,22 @@ def test_rigs(tmp_path: Path) -> None:
         fr.Capture(black, black, rig=swapped)
     with pytest.raises(OSError, match="missing.yml"):
         fr.Rig.load(tmp_path / "missing.yml")
+
+
+def test_earlier_names_still_work(shot: fr.Simulation) -> None:
+    assert fr.match is fr.correspond and fr.icp is fr.register
+    head = fr.head("head-coarse")
+    target = {"nose_tip": head.vertices[head.landmarks["nose_tip"]] + 3.0}
+    points = head.vertices + 1.0
+    by_landmarks = fr.deform(head, points, landmarks=target, method="linear-rbf")
+    by_features = fr.deform(head, points, features=target, method="linear-rbf")
+    assert np.array_equal(by_landmarks.mesh.vertices, by_features.mesh.vertices)
+
+
+def test_warnings_of_single_stages_are_python_warnings(shot: fr.Simulation) -> None:
+    photo = shot.capture.left
+    with pytest.warns(fr.FaceReconWarning, match="kernel"):
+        fr.equalize(photo, kernel=[0, 0, 0, 0, 2, 0, 0, 0, 0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fr.equalize(photo)

@@ -1,4 +1,4 @@
-"""The types hold: mypy --strict on the facade and these tests, the stubs against the extension."""
+"""Types: mypy --strict on the facade and these tests, the stubs against the extension."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plots draw what they are given."""
+"""The plots show the given data."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_plots(result: fr.Result) -> None:
         assert np.array_equal(side.collections[0].get_offsets(), places)
     assert len(viz.matches(result.matches, result.capture)) == 2
     assert viz.disparity(result).get_title() == f"{len(result.matches)} matches"
-    assert np.array_equal(viz.convergence(result).lines[0].get_ydata(), result.icp_history)
+    assert np.array_equal(viz.convergence(result).lines[0].get_ydata(), result.registration_history)
     assert viz.heat(result.mesh, np.zeros(len(result.mesh.vertices))).images
 
 
@@ -41,7 +41,7 @@ def test_the_3d_view(result: fr.Result) -> None:
 
 
 def test_progress_bar(result: fr.Result, capsys: pytest.CaptureFixture[str]) -> None:
-    fr.match(result.capture, progress=True)
+    fr.correspond(result.capture, progress=True)
     shown = capsys.readouterr().err
     assert "correspond" in shown and "3/3 stages" in shown
     fr.simulate(subject=1, width_px=200, height_px=150, focal_px=720.0, progress=True)
@@ -56,7 +56,7 @@ def test_without_an_extra_it_says_what_to_install(
     for extra, use in (
         ("viz", lambda: viz.disparity(result)),
         ("viz", result.mesh.show),
-        ("viz", lambda: fr.match(result.capture, progress=True)),
+        ("viz", lambda: fr.correspond(result.capture, progress=True)),
         ("mesh", result.mesh.to_trimesh),
         ("dask", lambda: fr.batch(["x"], "nowhere", client=object())),
     ):

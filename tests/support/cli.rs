@@ -1,4 +1,4 @@
-//! The program in a folder of its own.
+//! Runs the program in a temporary folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ pub struct Bench {
     folder: TempDir,
 }
 
-/// How a command ended.
+/// The outcome of a command.
 pub struct Ran {
     pub code: i32,
     pub out: String,
@@ -54,7 +54,7 @@ impl Bench {
         fs::write(self.path(name), bytes).unwrap();
     }
 
-    /// Replaces a part of a text file that must be there.
+    /// Replaces a part of a text file; the part must exist.
     pub fn edit(&self, name: &str, from: &str, to: &str) {
         let text = self.text(name);
         assert!(text.contains(from), "{name} has no {from:?}");
@@ -70,7 +70,7 @@ impl Bench {
         names
     }
 
-    /// Runs `facerecon` with arguments parted by blanks.
+    /// Runs `facerecon` with arguments separated by blanks.
     pub fn run(&self, arguments: &str) -> Ran {
         let done = Command::new(env!("CARGO_BIN_EXE_facerecon"))
             .args(arguments.split_whitespace())

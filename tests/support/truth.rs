@@ -1,4 +1,4 @@
-//! The truth beside a simulated or rendered capture, and how a result is held against it.
+//! The ground truth beside a simulated or rendered capture, and the comparison of a result with it.
 
 use std::fs;
 use std::path::Path;
@@ -9,10 +9,10 @@ use facerecon_core::io::table::MatchRow;
 use facerecon_core::math::{Vec2, Vec3};
 use facerecon_core::spatial::SurfaceIndex;
 
-/// How far a match may lie from a dot in the left photo to be that dot's.
+/// Greatest distance of a match from a true dot in the left photo, well below the spacing of the dots.
 const SAME_DOT_PX: f64 = 2.0;
-/// How far its partner may then lie from the true one.
-const RIGHT_PX: f64 = 2.5;
+/// Greatest distance of its right position from the true one, for a correct match.
+const CORRECT_PX: f64 = 2.5;
 
 /// A dot of the pattern on the face, lit and seen by both cameras.
 pub struct TrueDot {
@@ -22,11 +22,11 @@ pub struct TrueDot {
     pub right: Vec2,
 }
 
-/// What became of the true dots.
+/// Part of the true dots that was matched, and matched correctly.
 pub struct Score {
-    /// Part of them that was matched rightly.
+    /// Part of the dots that was matched correctly.
     pub recall: f64,
-    /// Part of those with a match that was matched to something else.
+    /// Part of the matched dots whose match is wrong.
     pub wrong: f64,
 }
 
@@ -49,7 +49,7 @@ pub fn face_dots(folder: &Path) -> Vec<TrueDot> {
         .collect()
 }
 
-/// Counts right and wrong matches at the true dots.
+/// Counts correct and wrong matches at the true dots.
 pub fn score(dots: &[TrueDot], matches: &[MatchRow]) -> Score {
     let (mut right, mut wrong) = (0, 0);
     for dot in dots {
@@ -59,7 +59,7 @@ pub fn score(dots: &[TrueDot], matches: &[MatchRow]) -> Score {
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match nearest {
             Some((apart, m)) if apart < SAME_DOT_PX => {
-                if (m.right - dot.right).norm() < RIGHT_PX {
+                if (m.right - dot.right).norm() < CORRECT_PX {
                     right += 1
                 } else {
                     wrong += 1

@@ -7,10 +7,10 @@
 """
 
 from . import errors, landmarks, viz
-from ._core import FEATURES, __version__
+from ._core import LANDMARK_NAMES, __version__
 from .batch import BatchResult, batch
 from .capture import Capture, Rig
-from .errors import FaceReconError
+from .errors import FaceReconError, FaceReconWarning
 from .makers import (
     Comparison,
     Finding,
@@ -26,6 +26,7 @@ from .params import Params
 from .photo_stages import (
     Dots,
     Rectified,
+    correspond,
     detect,
     equalize,
     match,
@@ -42,14 +43,19 @@ from .shape_stages import (
     deform,
     fit,
     icp,
+    register,
     smooth,
     surface,
     texture,
     triangulate,
 )
 
+#: Alias of :data:`LANDMARK_NAMES`.
+FEATURES = LANDMARK_NAMES
+
 __all__ = [
     "FEATURES",
+    "LANDMARK_NAMES",
     "BatchResult",
     "Capture",
     "Cloud",
@@ -58,6 +64,7 @@ __all__ = [
     "Dots",
     "Event",
     "FaceReconError",
+    "FaceReconWarning",
     "Finding",
     "Matches",
     "Mesh",
@@ -71,6 +78,7 @@ __all__ = [
     "batch",
     "check",
     "compare",
+    "correspond",
     "deform",
     "detect",
     "equalize",
@@ -83,6 +91,7 @@ __all__ = [
     "pattern",
     "reconstruct",
     "rectify",
+    "register",
     "render",
     "sharpen",
     "simulate",

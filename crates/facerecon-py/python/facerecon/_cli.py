@@ -8,6 +8,6 @@ from . import _core
 
 def main() -> None:
     """Run the command line and exit with its code."""
-    # Python would only note Ctrl-C, and look at it when the command has ended
+    # Python's own handler would react only after the command has ended
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_core.cli_main(sys.argv))

@@ -16,17 +16,18 @@ _CloudParts: TypeAlias = tuple[F64, F64 | None, U8 | None, F64 | None]
 _MatchParts: TypeAlias = tuple[F64, F64, F64, F64, F64, F64]
 # positions, sigmas, amplitudes, scores, spacing, thinned
 _DotParts: TypeAlias = tuple[F64, F64, F64, F64, float, F32 | None]
-_Goals: TypeAlias = tuple[list[int], F64]
+_Targets: TypeAlias = tuple[list[int], F64]
 
 __all__ = [
     "Capture",
-    "FEATURES",
+    "LANDMARK_NAMES",
     "Params",
     "Reconstruction",
     "Simulation",
     "Template",
     "__version__",
     "assign",
+    "batch_captures",
     "batch_run",
     "batch_tables",
     "check",
@@ -37,13 +38,13 @@ __all__ = [
     "encode_png",
     "filter",
     "find_matches",
-    "icp",
     "pattern",
     "read_mesh",
     "read_photo",
     "read_rig",
     "reconstruct",
     "rectify",
+    "register",
     "render",
     "sharpen",
     "simulate",
@@ -58,7 +59,7 @@ __all__ = [
 ]
 
 __version__: Final[str]
-FEATURES: Final[list[str]]
+LANDMARK_NAMES: Final[list[str]]
 
 @final
 class Params:
@@ -77,11 +78,11 @@ class Capture:
         pattern: tuple[str, int, int, float],
         rig: RigParts | None,
         seeds: Mapping[str, list[float]] | None,
-        features: Mapping[str, list[float]],
+        landmarks: Mapping[str, list[float]],
     ) -> Capture: ...
     @staticmethod
     def read(path: _Path) -> Capture: ...
-    def with_features(self, features: Mapping[str, list[float]]) -> Capture: ...
+    def with_landmarks(self, landmarks: Mapping[str, list[float]]) -> Capture: ...
     def write(self, folder: _Path) -> PathLike[str]: ...
     def photo(self, name: str) -> U8 | None: ...
     @property
@@ -89,7 +90,7 @@ class Capture:
     @property
     def seeds(self) -> dict[str, list[float]] | None: ...
     @property
-    def features(self) -> dict[str, list[float]]: ...
+    def landmarks(self) -> dict[str, list[float]]: ...
     @property
     def rig(self) -> RigParts | None: ...
     @property
@@ -151,7 +152,8 @@ def reconstruct(
 ) -> Reconstruction: ...
 def find_matches(
     capture: Capture, params: Params, callback: _Callback
-) -> tuple[_MatchParts, list[int], list[str]]: ...
+) -> tuple[_MatchParts, list[int]]: ...
+def batch_captures(paths: Sequence[_Path]) -> list[tuple[PathLike[str], str]]: ...
 def batch_run(
     capture: _Path, output: _Path, template: str, params: Params, frame: str, batch: str
 ) -> str: ...
@@ -164,19 +166,19 @@ def rectify(capture: Capture, params: Params) -> dict[str, Any]: ...
 def triangulate(
     capture: Capture, left: F64, right: F64, params: Params
 ) -> tuple[_CloudParts, bool]: ...
-def icp(
+def register(
     data: F64,
     model: Template,
     metric: bool,
-    features: tuple[F64, F64] | None,
+    landmarks: tuple[F64, F64] | None,
     params: Params,
     callback: _Callback,
-) -> tuple[F64, str, list[float], list[int]]: ...
+) -> tuple[F64, str, list[int]]: ...
 def deform(
     head: MeshParts,
     data: F64,
-    assigned: _Goals | None,
-    features: _Goals | None,
+    assignments: _Targets | None,
+    landmarks: _Targets | None,
     params: Params,
     callback: _Callback,
 ) -> tuple[MeshParts, float, float, int]: ...

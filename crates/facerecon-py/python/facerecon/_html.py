@@ -1,4 +1,4 @@
-"""Pictures for notebooks."""
+"""Images for the HTML representations in notebooks."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from . import _core
 from ._arrays import F64, U8
 
-#: Ground of pictures of points.
-GROUND = (32, 34, 38)
+#: Background of images of points, sRGB.
+BACKGROUND = (32, 34, 38)
 
 
 def figure(image: U8, caption: str) -> str:
-    """An HTML figure with the picture inside."""
+    """An HTML figure with an embedded image."""
     data = base64.b64encode(_core.encode_png(np.ascontiguousarray(image))).decode("ascii")
     return (
         '<figure style="margin:0"><img style="max-width:100%" '
@@ -26,7 +26,7 @@ def figure(image: U8, caption: str) -> str:
 
 
 def thumbnail(image: Any, width: int = 450) -> U8:
-    """A picture (height, width, 3) of about this width from a photo, grey or in colour."""
+    """A photo, grey or in colour, reduced to about this width: (height, width, 3)."""
     shown = np.asarray(image)
     fine = max(1, round(shown.shape[1] / width))
     height, across = (n // fine * fine for n in shown.shape[:2])
@@ -42,7 +42,7 @@ def thumbnail(image: Any, width: int = 450) -> U8:
 
 def ramp(values: F64) -> U8:
     """Colours (n, 3) from blue over green and yellow to red; the ends are the 2nd and 98th
-    percentile, unknown values are grey."""
+    percentiles, values that are not finite are grey."""
     known = np.isfinite(values)
     colors = np.full((len(values), 3), 128, dtype=np.uint8)
     if known.any():
@@ -56,19 +56,19 @@ def ramp(values: F64) -> U8:
 
 
 def points_picture(places: F64, colors: U8, size: tuple[int, int] = (300, 300)) -> U8:
-    """Points (n, 2) on a dark ground, filling the picture: x right, y down, the last on top."""
+    """An image filled with points (n, 2): x right, y down, later points on top."""
     width, height = size
-    canvas = np.full((height, width, 3), GROUND, dtype=np.uint8)
+    canvas = np.full((height, width, 3), BACKGROUND, dtype=np.uint8)
     known = np.isfinite(places).all(axis=1)
     if not known.any():
         return canvas
     x, y, colors = places[known, 0], places[known, 1], colors[known]
-    # a few points far off must not make the rest small
+    # percentiles: a few outliers must not shrink the rest
     (left, right), (top, bottom) = (np.percentile(v, (1, 99)) for v in (x, y))
     scale = 0.85 * min(width / max(right - left, 1e-9), height / max(bottom - top, 1e-9))
     across = np.clip((x - (left + right) / 2.0) * scale + width / 2.0, -9, width + 9).astype(int)
     down = np.clip((y - (top + bottom) / 2.0) * scale + height / 2.0, -9, height + 9).astype(int)
-    # dense clouds in single pixels, sparse ones in squares that can be seen
+    # single pixels for dense clouds, larger squares for sparse ones
     side = 1 if len(x) > 20_000 else 2 if len(x) > 4_000 else 3
     for i in range(side):
         for j in range(side):

@@ -1,9 +1,9 @@
-"""Captures of a batch on processes of this machine.
+"""A batch on processes of this machine.
 
-Each process is a new interpreter (:mod:`facerecon._worker`) that reads jobs from its input and
-writes rows to its output, one JSON text a line. Unlike those of :mod:`multiprocessing` it does not
-import the caller's script again, can be stopped at any time, and when it dies (out of memory, say)
-only its own capture is concerned.
+Each process is a new interpreter (:mod:`facerecon._worker`) that reads jobs from stdin and writes
+rows to stdout, one JSON text per line. Unlike a process of :mod:`multiprocessing` it does not
+import the caller's script, can be stopped at any time, and affects only its own capture when it
+dies (out of memory, for example).
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from typing import Any
 
 from . import _core
 
-#: Capture, output folder, parameters as TOML, template, frame, name of the batch.
-Job = tuple[str, str, str, str, str, str]
+#: Capture, name, output folder, parameters as TOML, template, frame, name of the batch.
+Job = tuple[str, str, str, str, str, str, str]
 Row = dict[str, Any]
-#: A capture whose process dies is tried so many times.
+#: Number of attempts for a capture whose process dies.
 TRIES = 2
 
 
 def run_one(job: Job) -> Row:
-    """One capture, in a worker: its row, whatever happens."""
-    capture, out, toml, template, frame, batch = job
+    """Reconstruct one capture in a worker; errors become a row too."""
+    capture, _name, out, toml, template, frame, batch = job
     try:
         params = _core.Params(None, toml, [])
         row: Row = json.loads(_core.batch_run(capture, out, template, params, frame, batch))
-    except Exception as error:  # one failure does not stop the rest
+    except Exception as error:  # one failure does not stop the others
         row = failed(job, str(error))
     return row
 
 
 def failed(job: Job, why: str) -> Row:
-    """The row of a capture whose worker could not even begin or died."""
-    row: Row = {"name": Path(job[0]).name, "status": "failed"}
+    """The row of a capture that failed."""
+    row: Row = {"name": job[1], "status": "failed"}
     row |= dict.fromkeys(("matches", "face_width_mm", "face_height_mm", "total_ms"))
     return {**row, "warnings": 0, "error": why}
 
 
 def run_all(jobs: list[Job], workers: int) -> Generator[tuple[int, Row], None, None]:
-    """Numbers and rows of all jobs as they end."""
+    """Indices and rows of all jobs, in order of completion."""
     todo: queue.SimpleQueue[int] = queue.SimpleQueue()
     done: queue.SimpleQueue[tuple[int, Row]] = queue.SimpleQueue()
     for number in range(len(jobs)):
         todo.put(number)
-    crew = [_Worker(workers) for _ in range(min(workers, len(jobs)))]
+    pool = [_Worker(workers) for _ in range(min(workers, len(jobs)))]
 
     def drive(worker: _Worker) -> None:
         while not worker.stopped:
@@ -62,20 +62,20 @@ def run_all(jobs: list[Job], workers: int) -> Generator[tuple[int, Row], None, N
             done.put((number, worker.run(jobs[number])))
         worker.stop()
 
-    for worker in crew:
+    for worker in pool:
         threading.Thread(target=drive, args=(worker,), daemon=True).start()
     try:
         for _ in jobs:
             yield done.get()
     finally:
-        for worker in crew:
+        for worker in pool:
             worker.stop()
 
 
 class _Worker:
-    """A process that does one capture after another; a new one takes over when it dies."""
+    """A process that handles one capture after another; when it dies, a new one is started."""
 
-    def __init__(self, crew: int) -> None:
+    def __init__(self, workers: int) -> None:
         self._process: subprocess.Popen[str] | None = None
         self._lock = threading.Lock()
         self.stopped = False
@@ -83,14 +83,14 @@ class _Worker:
         paths = [package, *filter(None, [os.environ.get("PYTHONPATH")])]
         cores = os.cpu_count() or 1
         self._environment = {
-            # all together use the machine once
-            "RAYON_NUM_THREADS": str(max(1, cores // crew)),
+            # all processes together use each core once
+            "RAYON_NUM_THREADS": str(max(1, cores // workers)),
             **os.environ,
             "PYTHONPATH": os.pathsep.join(paths),
         }
 
     def run(self, job: Job) -> Row:
-        """The row of a job; that of a failure when its processes die or cannot start."""
+        """The row of a job; a failed row when its processes die or cannot start."""
         code: int | None = None
         for _ in range(TRIES):
             try:
@@ -106,13 +106,13 @@ class _Worker:
             except BrokenPipeError:
                 code = process.wait()
             except Exception as error:
-                return failed(job, f"no process could work on it: {error}")
+                return failed(job, f"the worker process could not be used: {error}")
             with self._lock:
                 self._process = None
         return failed(
             job,
-            f"the process that worked on it died {TRIES} times (exit code {code}); "
-            "is there enough memory for so many workers?",
+            f"its worker process died {TRIES} times (exit code {code}); "
+            "if memory is short, use fewer workers",
         )
 
     def _running(self) -> subprocess.Popen[str]:
@@ -127,13 +127,13 @@ class _Worker:
                     text=True,
                     encoding="utf-8",
                     env=self._environment,
-                    # Ctrl-C in a terminal is for the batch, which then stops its processes
+                    # Ctrl-C goes to the batch only, which then stops its processes
                     start_new_session=True,
                 )
             return self._process
 
     def stop(self) -> None:
-        """Ends the process at once; files are written whole or not at all."""
+        """Kill the process; files are written completely or not at all."""
         with self._lock:
             self.stopped = True
             process, self._process = self._process, None

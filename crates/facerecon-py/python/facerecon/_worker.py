@@ -1,4 +1,4 @@
-"""A process of a batch: reads jobs, writes rows, one JSON text a line, until the input ends."""
+"""A process of a batch: reads jobs and writes rows, one JSON text per line, until stdin ends."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Many captures: a pool of processes on one machine, or a Dask cluster; resumable."""
+"""Batches: many captures on processes of one machine or on a Dask cluster; resumable."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .progress import bar
 
 @dataclass(frozen=True, eq=False)
 class BatchResult:
-    """What came of a batch.
+    """The outcome of a batch.
 
     Attributes:
-        rows: one dictionary a capture, in the order given: ``name``, ``status`` (``"done"``,
+        rows: one dictionary per capture, in the order given: ``name``, ``status`` (``"done"``,
             ``"kept"`` from an earlier run, ``"failed"``), ``matches``, ``face_width_mm``,
             ``face_height_mm``, ``total_ms``, ``warnings`` (their number), ``error``.
         csv, html: paths of the tables.
@@ -52,7 +52,7 @@ class BatchResult:
 
     def _repr_html_(self) -> str:
         page = _core.batch_tables(json.dumps(self.rows))[1]
-        # the table alone: the page's style would change the notebook's
+        # the table only: the style of the page would affect the notebook
         return page[page.index("<table>") :]
 
 
@@ -69,57 +69,50 @@ def batch(
     progress: bool = False,
     **settings: Any,
 ) -> BatchResult:
-    """Reconstructs many captures, each into ``out/NAME``, like ``facerecon batch``.
+    """Reconstruct many captures, each into ``out/NAME``, like ``facerecon batch``.
 
-    A capture that is finished is not done again unless its photos, the parameters, the template,
-    the frame or the version changed. One failure does not stop the rest, be it an error or a
-    process that dies. Ctrl-C stops it within a second; what is finished by then is kept.
+    A finished capture is skipped unless its photos, the parameters, the template, the frame or
+    the version changed. A failure (an error or a process that dies) does not stop the others.
+    Ctrl-C stops the batch within a second; finished results are kept.
 
     Args:
-        captures: capture folders or ``capture.toml`` files, or folders that hold such folders;
-            the captures' names must differ.
+        captures: capture folders or ``capture.toml`` files, or folders of such folders; the
+            names of the captures must differ.
         out: folder for the results, and for ``batch.csv`` and ``batch.html``.
-        workers: processes on this machine; by default one for each core.
-        client: a ``dask.distributed.Client`` instead (extra ``[dask]``); its workers must see the
-            same paths and should have one thread each. Captures of a worker that dies are given
-            to another.
-        profile: ``"precise"`` (the default) or ``"facebuilder"``, the thesis.
+        workers: number of processes on this machine; by default one per core.
+        client: a ``dask.distributed.Client`` instead (extra ``[dask]``); its workers must have
+            access to the same paths and should have one thread each. When a worker dies, another
+            one takes its captures.
+        profile: ``"precise"`` (the default) or ``"facebuilder"`` (the thesis).
         params: all parameters; not together with ``profile`` or ``settings``.
-        template: name or file of the generic head.
+        template: name or file of the template.
         frame: ``"model"`` or ``"camera"``: the frame of the files written.
-        progress: draw a bar (extra ``[viz]``).
+        progress: draw a progress bar (extra ``[viz]``).
         settings: single parameters in groups, e.g. ``smooth={"steps": 3}``.
 
     Returns:
         The table of results, also written to ``out`` as CSV and HTML.
 
     Raises:
-        ParameterError: (a ``ValueError``) for parameters, or two captures of one name.
+        ParameterError: (a ``ValueError``) for invalid parameters, or captures with the same name.
         FileError: (an ``OSError``) for a template that cannot be read.
         OSError: when the tables cannot be written.
-        ImportError: for a client or a bar without their extra.
+        ImportError: for a client or a progress bar without its extra.
     """
     core = given_params(profile, params, settings)
     if workers is not None and (isinstance(workers, bool) or workers < 1):
-        raise ParameterError(f"workers is {workers}, but 1 or more is wanted", "parameters")
+        raise ParameterError(f"workers is {workers}; expected 1 or more", "parameters")
     if workers is not None and client is not None:
-        raise ParameterError("workers and client are given together; give one", "parameters")
+        raise ParameterError("workers and client are both given; give only one", "parameters")
     if frame not in ("model", "camera"):
-        raise ParameterError(f'frame is {frame!r}, but must be "model" or "camera"', "parameters")
+        raise ParameterError(f'frame is {frame!r}; expected "model" or "camera"', "parameters")
     _core.Template.load(fspath(template))
-    paths = _captures(captures)
-    names = [_name(p) for p in paths]
-    twice = sorted({n for n in names if names.count(n) > 1})
-    if twice:
-        raise ParameterError(
-            f"captures: more than one is named {', '.join(twice)}; their results would overwrite "
-            "each other",
-            "parameters",
-        )
+    several = [captures] if isinstance(captures, str | PathLike) else captures
+    found = _core.batch_captures([Path(path).absolute() for path in several])
     folder = Path(out).absolute()
-    # a capture given again because its worker died after the work still counts as done
+    # the name of the batch marks its own results as done when a dead worker's capture is repeated
     common = (str(folder), core.to_toml(), fspath(template), frame, uuid.uuid4().hex)
-    jobs: list[Job] = [(str(p), *common) for p in paths]
+    jobs: list[Job] = [(str(path), name, *common) for path, name in found]
     if client is not None:
         finished = _on_dask(jobs, client)
     else:
@@ -127,7 +120,7 @@ def batch(
     rows: list[dict[str, Any]] = [{}] * len(jobs)
     with bar(len(jobs), "capture", progress) as advance, closing(finished):
         for number, row in finished:
-            rows[number] = {**row, "name": names[number]}
+            rows[number] = {**row, "name": jobs[number][1]}
             advance()
     csv_text, html_text = _core.batch_tables(json.dumps(rows))
     folder.mkdir(parents=True, exist_ok=True)
@@ -137,24 +130,8 @@ def batch(
     return BatchResult(rows, csv, page)
 
 
-def _name(capture: Path) -> str:
-    return (capture.parent if capture.is_file() else capture).name
-
-
-def _captures(given: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[Path]:
-    """The captures named, and those in the folders named, in the order of their names."""
-    several = [given] if isinstance(given, str | PathLike) else given
-    found: list[Path] = []
-    for path in (Path(g).absolute() for g in several):
-        inside: list[Path] = []
-        if path.is_dir() and not (path / "capture.toml").is_file():
-            inside = sorted(p.parent for p in path.glob("*/capture.toml"))
-        found += inside or [path]
-    return found
-
-
 def _on_dask(jobs: list[Job], client: Any) -> Generator[tuple[int, dict[str, Any]], None, None]:
-    """Numbers and rows as they end. Dask gives the work of a dead worker to another by itself."""
+    """Indices and rows in order of completion. Dask repeats the work of a dead worker itself."""
     try:
         from distributed import as_completed
     except ImportError as error:
@@ -169,7 +146,7 @@ def _on_dask(jobs: list[Job], client: Any) -> Generator[tuple[int, dict[str, Any
                 row = future.result()
             else:
                 row = failed(jobs[number], str(future.exception()))
-            # else it would be worked out again should the worker that remembers it die
+            # an unreleased result would be computed again if its worker dies
             futures.remove(future)
             future.release()
             yield number, row

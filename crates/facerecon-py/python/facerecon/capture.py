@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -12,9 +13,9 @@ import numpy as np
 from . import _core
 from ._arrays import F64, U8, ExtraParts, RigParts, floats, matrix, photo, whole
 from ._html import figure, thumbnail
-from .errors import ParameterError
+from .errors import FaceReconWarning, ParameterError
 
-#: A place in both photos: ``((xl, yl), (xr, yr))``, pixels.
+#: A position in both photos: ``((xl, yl), (xr, yr))``, pixels.
 Pair = tuple[tuple[float, float], tuple[float, float]]
 SEEDS = ("head", "left_ear", "right_ear")
 
@@ -30,7 +31,7 @@ class Rig:
         image_size: (width, height) of the photos it was calibrated on, or ``None``.
 
     Raises:
-        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
+        ParameterError: (a ``ValueError``) naming the argument, its shape and the expected shape.
     """
 
     K1: Any
@@ -59,10 +60,14 @@ class Rig:
     def load(cls, path: str | PathLike[str]) -> Rig:
         """Read an OpenCV calibration (YAML, XML or JSON), mm.
 
+        What is unusual in the file gives a :class:`FaceReconWarning`.
+
         Raises:
-            FileError: (an ``OSError``) naming the file and what is wrong with it.
+            FileError: (an ``OSError``) with the file and the reason.
         """
-        parts, _warnings = _core.read_rig(fspath(path))
+        parts, found = _core.read_rig(fspath(path))
+        for text in found:
+            warnings.warn(f"{fspath(path)}: {text}", FaceReconWarning, stacklevel=2)
         return cls(*parts)
 
     @classmethod
@@ -81,7 +86,7 @@ class Rig:
             principal_left, principal_right: ``(x, y)`` of the principal points, pixels.
 
         Raises:
-            ParameterError: (a ``ValueError``) for values that make no camera.
+            ParameterError: (a ``ValueError``) for values that are not those of a camera.
         """
         baseline_mm, focal_px = floats("baseline_mm, focal_px", [baseline_mm, focal_px])
         principal_left = matrix("principal_left", principal_left, (2,))
@@ -120,7 +125,7 @@ def _lens(name: str, value: Any) -> list[float]:
     numbers = floats(name, value)
     if len(numbers) > 8:
         raise ParameterError(
-            f"{name} has {len(numbers)} numbers, but up to 8 are wanted", "parameters"
+            f"{name} has {len(numbers)} numbers; expected at most 8", "parameters"
         )
     return numbers
 
@@ -129,7 +134,7 @@ def _camera(name: str, k: F64) -> None:
     rest = k - np.array([[k[0, 0], 0, k[0, 2]], [0, k[1, 1], k[1, 2]], [0, 0, 1]])
     if np.abs(rest).max() > 1e-6 or k[0, 0] <= 0 or k[1, 1] <= 0:
         raise ParameterError(
-            f"{name} is {k.tolist()}, but [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] is wanted",
+            f"{name} is {k.tolist()}; expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
             "parameters",
         )
 
@@ -143,7 +148,7 @@ def _marks(name: str, marks: Mapping[str, Any]) -> dict[str, list[float]]:
         flat = floats(f"{name}[{key!r}]", value)
         if len(flat) != 4:
             raise ParameterError(
-                f"{name}[{key!r}] has {len(flat)} numbers, but ((xl, yl), (xr, yr)) is wanted",
+                f"{name}[{key!r}] has {len(flat)} numbers; expected ((xl, yl), (xr, yr))",
                 "parameters",
             )
         found[key] = flat
@@ -154,35 +159,36 @@ def _pair(m: Sequence[float]) -> Pair:
     return (m[0], m[1]), (m[2], m[3])
 
 
-def _features(landmarks: Mapping[str, Any]) -> dict[str, list[float]]:
-    features = _marks("landmarks", landmarks)
-    unknown = sorted(set(features) - set(_core.FEATURES))
+def _landmarks(landmarks: Mapping[str, Any]) -> dict[str, list[float]]:
+    marked = _marks("landmarks", landmarks)
+    unknown = sorted(set(marked) - set(_core.LANDMARK_NAMES))
     if unknown:
         raise ParameterError(
-            f"landmarks has {unknown}, but the names are {list(_core.FEATURES)}", "parameters"
+            f"landmarks has {unknown}; expected names of {list(_core.LANDMARK_NAMES)}",
+            "parameters",
         )
-    return features
+    return marked
 
 
 class Capture:
-    """One session in front of the cameras: photographs, pattern, rig, marks.
+    """The input of a reconstruction: photographs, pattern, rig, marked positions.
 
     Args:
         left, right: photos with the pattern, (height, width, 3) uint8 sRGB, or grey
             (height, width) uint8, uint16 or float with levels 0 to 255.
-        left_plain, right_plain: the pair without the pattern, for the texture.
+        left_plain, right_plain: the plain pair (photos without the pattern), for the texture.
         rig: the cameras; without it the result is not metric.
         columns, rows: dots of the projected pattern.
         kind: ``"dots"`` or ``"stripes"``.
-        rotation_deg: turn of the lattice, clockwise.
-        seeds: the thesis's three marked pairs ``head``, ``left_ear``, ``right_ear``, each
+        rotation_deg: rotation of the lattice, clockwise.
+        seeds: the three marked pairs of the thesis, ``head``, ``left_ear``, ``right_ear``, each
             ``((xl, yl), (xr, yr))`` in pixels of the photos.
-        landmarks: marked features by name, likewise.
+        landmarks: marked landmarks by name, in the same form.
         extra: further photos for the texture with their cameras, dictionaries with ``image``,
             ``K``, ``D``, ``R``, ``T``; ``X_camera = R X_left + T``, mm.
 
     Raises:
-        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
+        ParameterError: (a ``ValueError``) naming the argument, its shape and the expected shape.
     """
 
     def __init__(
@@ -203,7 +209,7 @@ class Capture:
     ) -> None:
         if rig is not None and not isinstance(rig, Rig):
             raise ParameterError(
-                f"rig is a {type(rig).__name__}, but a facerecon.Rig is wanted", "parameters"
+                f"rig is a {type(rig).__name__}; expected a facerecon.Rig", "parameters"
             )
         photos = {"left": photo("left", left), "right": photo("right", right)}
         if (left_plain is None) != (right_plain is None):
@@ -219,19 +225,19 @@ class Capture:
         for name, (colour, _) in photos.items():
             if colour.shape[:2] != size:
                 raise ParameterError(
-                    f"{name} has shape {colour.shape[:2]}, but that of left, {size}, is wanted",
+                    f"{name} has shape {colour.shape[:2]}; expected {size}, that of left",
                     "parameters",
                 )
         if kind not in ("dots", "stripes"):
-            raise ParameterError(f'kind is {kind!r}, but must be "dots" or "stripes"', "parameters")
+            raise ParameterError(f'kind is {kind!r}; expected "dots" or "stripes"', "parameters")
         shape = whole("columns", columns, 2, 10_000), whole("rows", rows, 1, 10_000)
         (turn,) = floats("rotation_deg", [rotation_deg])
         marks = None if seeds is None else _marks("seeds", seeds)
         if marks is not None and set(marks) != set(SEEDS):
             raise ParameterError(
-                f"seeds has {sorted(marks)}, but {list(SEEDS)} are wanted", "parameters"
+                f"seeds has {sorted(marks)}; expected {list(SEEDS)}", "parameters"
             )
-        features = _features(landmarks or {})
+        marked = _landmarks(landmarks or {})
         self._core = _core.Capture(
             photos["left"],
             photos["right"],
@@ -240,15 +246,15 @@ class Capture:
             (kind, *shape, turn),
             None if rig is None else rig._parts(),
             marks,
-            features,
+            marked,
         )
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Capture:
-        """Read a capture folder, or its ``capture.toml``; :attr:`warnings` says what was odd.
+        """Read a capture folder, or its ``capture.toml``; see also :attr:`warnings`.
 
         Raises:
-            FileError: (an ``OSError``) naming the file and what is wrong with it.
+            FileError: (an ``OSError``) with the file and the reason.
         """
         return cls._wrap(_core.Capture.read(fspath(path)))
 
@@ -259,15 +265,16 @@ class Capture:
         return capture
 
     def with_landmarks(self, landmarks: Mapping[str, Any]) -> Capture:
-        """The same capture with these features marked, in place of those it had.
+        """The same capture with these landmarks marked, in place of its own.
 
         Args:
             landmarks: ``((xl, yl), (xr, yr))`` by name, pixels of the photos.
 
         Raises:
-            ParameterError: (a ``ValueError``) for unknown names and marks that are not two places.
+            ParameterError: (a ``ValueError``) for unknown names and for marks that are not two
+                positions in the photos.
         """
-        return Capture._wrap(self._core.with_features(_features(landmarks)))
+        return Capture._wrap(self._core.with_landmarks(_landmarks(landmarks)))
 
     def save(self, folder: str | PathLike[str]) -> str:
         """Write a capture folder: photos, calibration and ``capture.toml``.
@@ -318,18 +325,18 @@ class Capture:
 
     @property
     def seeds(self) -> dict[str, Pair] | None:
-        """The thesis's three marked pairs ``((xl, yl), (xr, yr))``, pixels, or ``None``."""
+        """The three marked pairs of the thesis, ``((xl, yl), (xr, yr))``, pixels, or ``None``."""
         marked = self._core.seeds
         return None if marked is None else {name: _pair(m) for name, m in marked.items()}
 
     @property
     def landmarks(self) -> dict[str, Pair]:
-        """The marked features ``((xl, yl), (xr, yr))`` by name, pixels."""
-        return {name: _pair(m) for name, m in self._core.features.items()}
+        """The marked landmarks ``((xl, yl), (xr, yr))`` by name, pixels."""
+        return {name: _pair(m) for name, m in self._core.landmarks.items()}
 
     @property
     def warnings(self) -> list[str]:
-        """What reading it found odd."""
+        """What the reader of the capture found unusual."""
         return self._core.warnings
 
     def __repr__(self) -> str:
@@ -369,7 +376,6 @@ def as_capture(capture: Capture | str | PathLike[str]) -> Capture:
     if isinstance(capture, str | PathLike):
         return Capture.load(capture)
     raise ParameterError(
-        f"capture is a {type(capture).__name__}, but a facerecon.Capture or the path of one is "
-        "wanted",
+        f"capture is a {type(capture).__name__}; expected a facerecon.Capture or its path",
         "parameters",
     )

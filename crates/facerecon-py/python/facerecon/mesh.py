@@ -14,26 +14,30 @@ import numpy as np
 from . import _core
 from ._arrays import F64, U8, U32, MeshParts, colors, indices, picture, rows
 from ._html import figure
-from .errors import ParameterError
+from ._render import draw
+from ._view3d import Triangles
+from ._view3d import show as show_shapes
+from .errors import FaceReconWarning, ParameterError
 
 
 class Mesh:
-    """A triangle mesh, with texture coordinates, texture and named features where it has them.
+    """A triangle mesh, optionally with texture coordinates, texture, colours and landmarks.
 
-    Arrays that fit are kept, not copied; others are converted (Fortran order, strides, float32,
-    integers, lists). They may be changed in place: every use checks them again.
+    Arrays of the right type and layout are kept without a copy; others are converted (Fortran
+    order, strides, float32, integers, lists). They may be changed in place: every use checks them
+    again.
 
     Args:
-        vertices: (n, 3), millimetres unless said otherwise.
-        faces: (m, 3) vertex numbers, counter-clockwise seen from outside.
+        vertices: (n, 3), millimetres unless stated otherwise.
+        faces: (m, 3) vertex indices, counter-clockwise seen from outside.
         uv: (k, 2) texture coordinates: u right, v up, (0, 0) the lower left corner.
-        uv_faces: (m, 3) numbers into ``uv``; ``None`` means ``faces`` (then k = n).
+        uv_faces: (m, 3) indices into ``uv``; ``None`` means ``faces`` (then k = n).
         texture: (height, width, 3) uint8 sRGB; row 0 is at v = 1.
         colors: (n, 3) uint8 sRGB of the vertices.
-        landmarks: vertex numbers of features by name.
+        landmarks: vertex indices by landmark name.
 
     Raises:
-        ParameterError: (a ``ValueError``) naming the argument, its shape and what is wanted.
+        ParameterError: (a ``ValueError``) naming the argument, its shape and the expected shape.
     """
 
     vertices: F64
@@ -62,7 +66,7 @@ class Mesh:
             self.uv = rows("uv", uv, 2)
             if uv_faces is None and len(self.uv) != len(self.vertices):
                 raise ParameterError(
-                    f"uv has shape {self.uv.shape}, but ({len(self.vertices)}, 2) is wanted, "
+                    f"uv has shape {self.uv.shape}; expected ({len(self.vertices)}, 2), "
                     "one for each vertex, unless uv_faces is given",
                     "parameters",
                 )
@@ -70,7 +74,7 @@ class Mesh:
             self.uv_faces = indices("uv_faces", corners, 3, len(self.uv))
             if len(self.uv_faces) != len(self.faces):
                 raise ParameterError(
-                    f"uv_faces has shape {self.uv_faces.shape}, but {self.faces.shape} is wanted",
+                    f"uv_faces has shape {self.uv_faces.shape}; expected {self.faces.shape}",
                     "parameters",
                 )
         elif uv_faces is not None:
@@ -81,7 +85,7 @@ class Mesh:
         for name, vertex in self.landmarks.items():
             if not 0 <= vertex < len(self.vertices):
                 raise ParameterError(
-                    f"landmarks: {name} is vertex {vertex}, but there are {len(self.vertices)}",
+                    f"landmarks: {name} is vertex {vertex}; expected 0 to {len(self.vertices) - 1}",
                     "parameters",
                 )
 
@@ -89,11 +93,11 @@ class Mesh:
     def load(cls, path: str | PathLike[str]) -> Mesh:
         """Read OBJ (+MTL, texture), VRML 1.0/2.0, PLY, GLB or STL; vertices keep the file's order.
 
-        What the file has but cannot be used is told as a :class:`UserWarning`. Landmarks come with
-        :func:`facerecon.head`.
+        Contents of the file that cannot be used give a :class:`FaceReconWarning`. Landmarks are
+        not read; :func:`facerecon.head` reads them.
 
         Args:
-            path: the file; its ending, else its first bytes, tell the format.
+            path: the file; its extension, else its first bytes, give the format.
 
         Returns:
             The mesh in the file's own units.
@@ -103,19 +107,21 @@ class Mesh:
         """
         parts, texture, found = _core.read_mesh(fspath(path))
         for text in found:
-            warnings.warn(f"{fspath(path)}: {text}", stacklevel=2)
+            warnings.warn(f"{fspath(path)}: {text}", FaceReconWarning, stacklevel=2)
         return cls._from_parts(parts, texture)
 
     def save(self, path: str | PathLike[str], landmarks: bool = False) -> None:
         """Write ``.obj`` (+MTL, PNG), ``.ply``, ``.glb`` (texture inside) or ``.stl``.
 
         Args:
-            path: the file; its ending tells the format. It is written whole or not at all.
+            path: the file; its extension gives the format. It is written completely or not at
+                all.
             landmarks: also write ``NAME.landmarks.toml`` beside it, so that
-                ``fr.head(path)`` and ``--template`` take it as a generic head.
+                ``fr.head(path)`` and ``--template`` accept it as a template.
 
         Raises:
-            FileError: (an ``OSError``) for an ending that cannot be written, or a full disk.
+            FileError: (an ``OSError``) for an unknown extension, or when the file cannot be
+                written.
         """
         _core.write_mesh(fspath(path), self._parts(), self._texture())
         if landmarks:
@@ -123,17 +129,17 @@ class Mesh:
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
-        """From a ``trimesh.Trimesh``, with its texture or vertex colours.
+        """Convert a ``trimesh.Trimesh`` with its texture or vertex colours.
 
         Args:
-            mesh: the mesh; a ``trimesh.Scene`` is refused, ``scene.to_geometry()`` makes one mesh.
+            mesh: the mesh; convert a ``trimesh.Scene`` with ``scene.to_geometry()`` first.
 
         Raises:
-            ParameterError: (a ``ValueError``) for something else than triangles.
+            ParameterError: (a ``ValueError``) for anything but a triangle mesh.
         """
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise ParameterError(
-                f"mesh is a {type(mesh).__name__}, but a trimesh.Trimesh is wanted", "parameters"
+                f"mesh is a {type(mesh).__name__}; expected a trimesh.Trimesh", "parameters"
             )
         visual = getattr(mesh, "visual", None)
         kind = getattr(visual, "kind", None)
@@ -151,15 +157,15 @@ class Mesh:
         return cls(mesh.vertices, mesh.faces, uv=uv, texture=texture, colors=vertex_colors)
 
     def to_trimesh(self) -> Any:
-        """As a ``trimesh.Trimesh`` (extra ``[mesh]``).
+        """Convert to a ``trimesh.Trimesh`` (extra ``[mesh]``).
 
-        Vertices on texture seams are doubled and those of no face left out, since trimesh has one
-        texture coordinate a vertex; without ``uv`` numbers stay as they are.
+        trimesh has one texture coordinate per vertex: vertices on texture seams are duplicated and
+        vertices without a face are left out. Without ``uv`` the vertex indices do not change.
 
         Raises:
             ImportError: without trimesh.
         """
-        trimesh = _wanted("trimesh")
+        trimesh = _optional("trimesh")
 
         if self.uv is None or self.uv_faces is None:
             return trimesh.Trimesh(
@@ -168,17 +174,17 @@ class Mesh:
         vertices, faces, uv = self._unwelded()
         image = None
         if self.texture is not None:
-            image = _wanted("PIL.Image").fromarray(self.texture)
+            image = _optional("PIL.Image").fromarray(self.texture)
         visual = trimesh.visual.TextureVisuals(uv=uv, image=image)
         return trimesh.Trimesh(vertices, faces, visual=visual, process=False)
 
     def to_open3d(self) -> Any:
-        """As an ``open3d.geometry.TriangleMesh``, numbers unchanged.
+        """Convert to an ``open3d.geometry.TriangleMesh`` with the same vertex indices.
 
         Raises:
             ImportError: without open3d.
         """
-        o3d = _wanted("open3d")
+        o3d = _optional("open3d")
 
         mesh = o3d.geometry.TriangleMesh(
             o3d.utility.Vector3dVector(self.vertices),
@@ -209,7 +215,7 @@ class Mesh:
         matrix = rows("target_from_source", target_from_source, 4)
         if matrix.shape != (4, 4):
             raise ParameterError(
-                f"target_from_source has shape {matrix.shape}, but (4, 4) is wanted", "parameters"
+                f"target_from_source has shape {matrix.shape}; expected (4, 4)", "parameters"
             )
         return self._with_vertices(self.vertices @ matrix[:3, :3].T + matrix[:3, 3])
 
@@ -219,29 +225,33 @@ class Mesh:
         mode: str | None = None,
         size: tuple[int, int] = (400, 460),
     ) -> U8:
-        """A picture (height, width, 3) uint8 from named views, as :func:`facerecon.render` makes it.
+        """Render to an image (height, width, 3) uint8, like :func:`facerecon.render`.
 
         Args:
             view: ``front``, ``three-quarter``, ``profile`` ..., or several.
-            mode: ``shaded``, ``textured``, ``lit`` or ``wireframe``; by default what the mesh has.
-            size: (width, height) of each picture, pixels.
+            mode: ``shaded``, ``textured``, ``lit`` or ``wireframe``; by default ``lit`` for a mesh
+                with colours, else ``shaded``.
+            size: (width, height) of each view, pixels.
         """
-        from .makers import render
-
-        return render(self, view, mode=mode, size=size)
+        return draw(self._parts(), self._texture(), view, mode=mode, size=size)
 
     def show(self) -> Any:
-        """An interactive view for notebooks (extra ``[viz]``): show it as a cell's last value.
+        """An interactive view for notebooks (extra ``[viz]``): make it the last value of a cell.
 
         Raises:
             ImportError: without k3d.
         """
-        from .viz import show3d
+        return show_shapes(self._shape3d())
 
-        return show3d(self)
+    def _shape3d(self) -> Triangles:
+        """The mesh as the 3D view takes it."""
+        if self.uv is None or self.texture is None:
+            return Triangles(self.vertices, self.faces, None, None, self.colors)
+        vertices, faces, uv = self._unwelded()
+        return Triangles(vertices, faces, uv, self.texture, None)
 
     def _unwelded(self) -> tuple[F64, U32, F64]:
-        """Vertices doubled where their texture coordinates differ, without those of no face."""
+        """Vertices duplicated where their texture coordinates differ; unused vertices left out."""
         assert self.uv is not None and self.uv_faces is not None
         pairs = np.stack([self.faces.reshape(-1), self.uv_faces.reshape(-1)], axis=1)
         unique, inverse = np.unique(pairs, axis=0, return_inverse=True)
@@ -260,7 +270,7 @@ class Mesh:
         )
 
     def _parts(self) -> MeshParts:
-        """The arrays, checked again: they may have been changed since."""
+        """The arrays, checked again: the user may have changed them."""
         checked = self._with_vertices(self.vertices)
         return checked.vertices, checked.faces, checked.uv, checked.uv_faces, checked.colors
 
@@ -302,12 +312,12 @@ class Mesh:
 
 
 def as_mesh(name: str, value: Any) -> Mesh:
-    """A mesh, and nothing else."""
+    """The value, if it is a mesh."""
     if isinstance(value, Mesh):
         return value
     shape = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
     raise ParameterError(
-        f"{name} is a {type(value).__name__}{shape}, but a facerecon.Mesh is wanted", "parameters"
+        f"{name} is a {type(value).__name__}{shape}; expected a facerecon.Mesh", "parameters"
     )
 
 
@@ -315,14 +325,14 @@ def _colors(value: Any, count: int) -> U8:
     array = colors("colors", value)
     if len(array) != count:
         raise ParameterError(
-            f"colors has shape {array.shape}, but ({count}, 3) is wanted, one for each vertex",
+            f"colors has shape {array.shape}; expected ({count}, 3), one for each vertex",
             "parameters",
         )
     return array
 
 
-def _wanted(module: str) -> Any:
-    """An optional companion, or what to install."""
+def _optional(module: str) -> Any:
+    """Import an optional package, or say what to install."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

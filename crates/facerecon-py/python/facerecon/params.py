@@ -1,4 +1,4 @@
-"""Parameters: the same struct as the command line's, with the same names, ranges and defaults."""
+"""Parameters: those of the command line, with the same names, ranges and defaults."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .errors import FileError, ParameterError
 class Params:
     """All parameters of a reconstruction.
 
-    Later ones win: the profile, then ``config``, then the keyword arguments.
+    Later values win: the profile, then ``config``, then the keyword arguments.
 
     Args:
-        profile: ``"precise"`` or ``"facebuilder"``; ``None`` for that of ``config``, else
-            ``"precise"``.
+        profile: ``"precise"`` or ``"facebuilder"``; ``None`` for the profile of ``config``,
+            else ``"precise"``.
         config: path of a TOML file, as ``facerecon params`` prints it.
         settings: groups as dictionaries, ``smooth={"steps": 3, "lambda_": 0.4}`` (a trailing
-            underscore does not count), or dotted names in a dictionary,
-            ``**{"smooth.steps": 3}``. ``print(Params().to_toml())`` lists all with meaning, unit
-            and range.
+            underscore is ignored), or dotted names in a dictionary,
+            ``**{"smooth.steps": 3}``. ``print(Params().to_toml())`` lists all of them with meaning,
+            unit and range.
 
     Raises:
         ParameterError: (a ``ValueError``) for unknown names and values out of range.
@@ -47,7 +47,7 @@ class Params:
         self._core = _core.Params(profile, text, to_sets(settings))
 
     def to_toml(self) -> str:
-        """All parameters as commented TOML, as ``facerecon --config`` reads it.
+        """All parameters as commented TOML, a file for ``--config``.
 
         Returns:
             Each value with its meaning, unit, range and default.
@@ -99,7 +99,7 @@ def to_sets(settings: Mapping[str, Any], prefix: str = "") -> list[tuple[str, st
         if isinstance(value, Mapping):
             sets += to_sets(value, f"{prefix}{name}.")
         elif value is not None:
-            # a trailing underscore makes a name of a Python keyword: lambda_
+            # lambda_ stands for lambda, a keyword of Python
             dotted = prefix + name.removesuffix("_")
             sets.append((dotted, _toml(dotted, value)))
     return sets
@@ -117,13 +117,13 @@ def _toml(name: str, value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_toml(name, v) for v in _flat(value)) + "]"
     raise ParameterError(
-        f"parameter {name} is a {type(value).__name__}; a number, text, bool or list is wanted",
+        f"parameter {name} is a {type(value).__name__}; expected a number, text, bool or list",
         "parameters",
     )
 
 
 def _flat(values: Any) -> list[Any]:
-    """Matrices, as kernels are written, row by row."""
+    """Nested lists (kernels) flattened row by row."""
     flat: list[Any] = []
     for value in values:
         flat += _flat(value) if isinstance(value, (list, tuple)) else [value]
@@ -133,23 +133,23 @@ def _flat(values: Any) -> list[Any]:
 def given_params(
     profile: str | None, params: Params | None, settings: Mapping[str, Any]
 ) -> _core.Params:
-    """The parameters of a run, given whole or as profile and settings."""
+    """The parameters of a run: ``params``, or a profile with settings."""
     if params is None:
         return _core.Params(profile, None, to_sets(settings))
     if profile is not None or settings:
         raise ParameterError(
-            "params is given together with a profile or settings; put them into the Params",
+            "params is given together with a profile or settings; put these into the Params",
             "parameters",
         )
     if not isinstance(params, Params):
         raise ParameterError(
-            f"params is a {type(params).__name__}, but a facerecon.Params is wanted; single "
-            'values are given as settings, smooth={"steps": 3}',
+            f"params is a {type(params).__name__}; expected a facerecon.Params (give single "
+            'values as settings, smooth={"steps": 3})',
             "parameters",
         )
     return params._core
 
 
 def params_for(stage: str, profile: str | None, settings: Mapping[str, Any]) -> _core.Params:
-    """The parameters of one stage given as its own keywords."""
+    """The parameters of one stage, from its keyword arguments."""
     return _core.Params(profile, None, to_sets({stage: dict(settings)}))

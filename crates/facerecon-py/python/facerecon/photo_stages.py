@@ -1,4 +1,4 @@
-"""The stages that work on photos: from pixels to matches (thesis chapter 2)."""
+"""The stages on photos: from pixels to matches (thesis chapter 2)."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ class Dots:
 
     Attributes:
         positions: (n, 2) centres ``x, y``, pixels.
-        sigmas: (n,) standard deviation of the profile, pixels; 0 where not measured.
+        sigmas: (n,) standard deviation of the Gaussian profile, pixels; 0 where not measured.
         amplitudes: (n,) height above the surroundings, grey levels; 0 where not measured.
         scores: (n,) confidence, 0 to 1.
-        spacing_px: usual distance to the next dot.
-        thinned: (height, width) one white pixel a dot (thesis Fig. 2.4), where thinned.
+        spacing_px: spacing of the dots.
+        thinned: (height, width) one white pixel per dot (thesis Fig. 2.4) with thinning, else
+            ``None``.
     """
 
     positions: F64
@@ -50,15 +51,15 @@ class Dots:
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """A pair with level rows.
+    """A rectified pair: corresponding points lie on the same row.
 
     Attributes:
         left, right: (height, width) grey photos with the pattern, 0 to 255.
-        plain: the pair without the pattern, or ``None``.
-        offset_px, roll_deg, scale: how the right photo's rows were found off.
-        residual_px: row difference that is left, or ``None`` when not measured.
-        corrected: whether the views were corrected by these figures.
-        warnings: in words.
+        plain: the plain pair (without the pattern), or ``None``.
+        offset_px, roll_deg, scale: measured misalignment of the rows of the right photo.
+        residual_px: remaining row difference, or ``None`` when not measured.
+        corrected: whether the misalignment was corrected.
+        warnings: what needs attention.
     """
 
     left: F32
@@ -81,11 +82,11 @@ class Rectified:
 
 
 def equalize(image: Any, method: str = "global", **settings: Any) -> F32:
-    """Histogram equalisation of a photo (thesis section 2.2, left there for future work).
+    """Equalise the histogram of a photo (thesis section 2.2, there future work).
 
     Args:
         image: (height, width) grey, or (height, width, 3) uint8 sRGB.
-        method: ``"global"``, or ``"clahe"`` (tile by tile, with a limit to the contrast).
+        method: ``"global"``, or ``"clahe"`` (per tile, with limited contrast).
         settings: those of ``filter``, e.g. ``clip_limit=3``, ``tiles=8``.
 
     Returns:
@@ -96,7 +97,7 @@ def equalize(image: Any, method: str = "global", **settings: Any) -> F32:
         FilterError: for a photo that cannot be filtered.
     """
     if method not in ("global", "clahe"):
-        raise ParameterError(f'method is {method!r}, but must be "global" or "clahe"', "parameters")
+        raise ParameterError(f'method is {method!r}; expected "global" or "clahe"', "parameters")
     params = params_for("filter", None, {"equalize": method, **settings})
     equalized, _, _ = _core.filter(gray("image", image), params)
     assert equalized is not None
@@ -104,14 +105,14 @@ def equalize(image: Any, method: str = "global", **settings: Any) -> F32:
 
 
 def sharpen(image: Any, kernel: Any = None) -> F32:
-    """Convolution with the thesis's 3x3 matrix (Eq. 2.1), or any odd square.
+    """Convolve a photo with the 3x3 matrix of the thesis (Eq. 2.1), or another odd square.
 
     Args:
         image: (height, width) grey, or (height, width, 3) uint8 sRGB.
         kernel: (k, k) numbers, k odd; they should sum to 1. By default Eq. 2.1.
 
     Returns:
-        (height, width) float32; not clipped, so values below 0 and above 255 are there.
+        (height, width) float32 grey levels, clipped to 0 to 255.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
@@ -121,12 +122,12 @@ def sharpen(image: Any, kernel: Any = None) -> F32:
 
 
 def threshold(image: Any, method: str = "fixed", **settings: Any) -> F32:
-    """Black and white (thesis section 2.2.2).
+    """Make a photo binary, black and white (thesis section 2.2.2).
 
     Args:
         image: (height, width) grey, or (height, width, 3) uint8 sRGB.
-        method: ``"fixed"`` (the thesis's, with ``level=``), ``"otsu"``, or ``"local"`` (relative to
-            the surroundings).
+        method: ``"fixed"`` (the thesis, with ``level=``), ``"otsu"``, or ``"local"`` (relative to
+            the neighbourhood).
         settings: those of ``filter``, e.g. ``level=180``.
 
     Returns:
@@ -140,25 +141,25 @@ def threshold(image: Any, method: str = "fixed", **settings: Any) -> F32:
 
 
 def thin(binary: Any, **settings: Any) -> Dots:
-    """One dot for each white spot of a black and white image (thesis section 2.2.3).
+    """Reduce each white spot of a binary image to one dot (thesis section 2.2.3).
 
     Args:
         binary: (height, width), 0 or 255.
-        settings: those of ``detect``, e.g. ``merge=False``, the thesis's literal 5x5 window.
+        settings: those of ``detect``, e.g. ``merge=False`` for the literal window of the thesis.
 
     Returns:
         The dots, pixels, with the thinned image of Fig. 2.4.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        DetectError: when there are hardly any spots.
+        DetectError: when there are too few spots.
     """
     params = params_for("detect", "facebuilder", settings)
     return Dots(*_core.detect(gray("binary", binary), True, params))
 
 
 def detect(image: Any, profile: str | None = None, **settings: Any) -> Dots:
-    """The projected dots of one photo.
+    """Detect the projected dots of one photo.
 
     Args:
         image: (height, width) grey, or (height, width, 3) uint8 sRGB.
@@ -171,21 +172,21 @@ def detect(image: Any, profile: str | None = None, **settings: Any) -> Dots:
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        DetectError: when there are hardly any dots.
+        DetectError: when there are too few dots.
     """
     params = params_for("detect", profile, settings)
     return Dots(*_core.detect(gray("image", image), False, params))
 
 
 def rectify(capture: Capture | str | PathLike[str], **settings: Any) -> Rectified:
-    """Both pairs with level rows, as the thesis asks of its photos (section 2.3).
+    """Rectify both pairs, so that corresponding points lie on the same row (thesis section 2.3).
 
     Args:
         capture: a :class:`Capture`, or its path.
         settings: those of ``rectify``.
 
     Returns:
-        The grey pairs and how the rows were found off, pixels and degrees.
+        The grey pairs and the measured misalignment of the rows, pixels and degrees.
 
     Raises:
         ParameterError: (a ``ValueError``) for settings.
@@ -196,7 +197,7 @@ def rectify(capture: Capture | str | PathLike[str], **settings: Any) -> Rectifie
     return Rectified(**_core.rectify(as_capture(capture)._core, params))
 
 
-def match(
+def correspond(
     capture: Capture | str | PathLike[str],
     profile: str | None = None,
     *,
@@ -204,18 +205,20 @@ def match(
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Matches:
-    """Which dot of the left photo is which of the right: rectify, detect, correspond.
+    """Match the dots of the left photo with those of the right: rectify, detect, correspond.
+
+    ``match`` is an alias.
 
     Args:
         capture: a :class:`Capture`, or its path.
-        profile: ``"precise"`` (by the dots' lattice, the default) or ``"facebuilder"`` (the scan
-            from three marked pairs: thesis section 2.3).
+        profile: ``"precise"`` (by the lattice of the dots, the default) or ``"facebuilder"`` (the
+            scan from three marked pairs: thesis section 2.3).
         params: all parameters; not together with ``profile`` or ``settings``.
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: groups, as for :func:`facerecon.reconstruct`.
 
     Returns:
-        The matches, pixels of the photos. They have no points yet: :func:`triangulate` makes them.
+        The matches, pixels of the photos. They have no points yet (see :func:`triangulate`).
 
     Raises:
         ParameterError: (a ``ValueError``) for parameters.
@@ -226,7 +229,11 @@ def match(
     photos = as_capture(capture)
     watch = watcher(progress, ("rectify", "detect", "correspond"))
     try:
-        columns, _dots, _warnings = _core.find_matches(photos._core, core, watch.callback)
+        columns, _dots = _core.find_matches(photos._core, core, watch.callback)
     finally:
         watch.close()
     return Matches(*columns)
+
+
+#: Alias of :func:`correspond`.
+match = correspond

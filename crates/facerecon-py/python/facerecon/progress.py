@@ -1,4 +1,4 @@
-"""Watching a run."""
+"""Progress of a run: events, progress functions and progress bars."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+#: The stages in order; a run has ``deform`` or ``surface``.
 STAGES = (
     "rectify",
+    "check",
     "detect",
     "correspond",
     "cameras",
@@ -16,6 +18,7 @@ STAGES = (
     "triangulate",
     "register",
     "deform",
+    "surface",
     "smooth",
     "texture",
 )
@@ -29,8 +32,8 @@ class Event:
         stage: name of the stage.
         kind: ``"started"``, ``"finished"``, ``"iteration"``, ``"count"`` or ``"warning"``.
         number: the step (iteration) or how many (count).
-        value: the error after the step (iteration) or seconds taken (finished).
-        text: what was counted (count) or the warning in words.
+        value: the error after the step (iteration) or the duration in seconds (finished).
+        text: what was counted (count) or the text of the warning.
     """
 
     stage: str
@@ -45,12 +48,12 @@ Raw = Callable[[str, str, int, float, str], None]
 
 
 class Watcher(Protocol):
-    """What a run needs to be watched."""
+    """Receives the events of a run."""
 
     callback: Raw | None
 
     def close(self) -> None:
-        """The run is over."""
+        """End of the run."""
 
 
 class _Silent:
@@ -72,7 +75,7 @@ class _Calls:
 
 
 class _Bar:
-    """A bar over the stages; for a single stage it tells the steps only."""
+    """A bar over the stages; for a single stage it shows the steps only."""
 
     def __init__(self, stages: tuple[str, ...]) -> None:
         self.stages = stages
@@ -100,7 +103,7 @@ class _Bar:
 
 
 def watcher(progress: bool | Callback, stages: tuple[str, ...] = STAGES) -> Watcher:
-    """What ``progress=`` asks for: ``False`` nothing, ``True`` a bar, else a function."""
+    """The watcher for ``progress=``: ``False`` none, ``True`` a bar, else a function."""
     if callable(progress):
         return _Calls(progress)
     return _Bar(stages) if progress else _Silent()
@@ -108,7 +111,7 @@ def watcher(progress: bool | Callback, stages: tuple[str, ...] = STAGES) -> Watc
 
 @contextmanager
 def bar(total: int, unit: str, progress: bool) -> Iterator[Callable[[], object]]:
-    """A bar to be advanced by one a call, or nothing."""
+    """A bar, given as the function that advances it by one; without ``progress`` a no-op."""
     if not progress:
         yield lambda: None
         return
@@ -121,7 +124,6 @@ def _tqdm() -> Any:
         from tqdm.auto import tqdm
     except ImportError as error:
         raise ImportError(
-            "progress=True draws its bar with tqdm: pip install 'facerecon[viz]', "
-            "or give a function instead of True"
+            "progress=True needs tqdm: pip install 'facerecon[viz]', or pass a function"
         ) from error
     return tqdm

@@ -1,4 +1,4 @@
-"""reconstruct(): from photographs to a textured face, and what it found out."""
+"""reconstruct(), its result, and templates."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Cloud:
         return pd.DataFrame(table)
 
     def to_open3d(self) -> Any:
-        """As an ``open3d.geometry.PointCloud``."""
+        """Convert to an ``open3d.geometry.PointCloud``."""
         import open3d as o3d
 
         cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(self.points))
@@ -73,7 +73,7 @@ class Cloud:
 
     def _repr_html_(self) -> str:
         x, y, z = self.points.T
-        # the camera frame has the subject in front of it and y down, the model frame y up
+        # camera frame: the subject far along +z, y down; model frame: y up
         camera = bool(len(z)) and float(np.median(z)) > 3.0 * float(np.std(z)) + 1.0
         down, near = (y, -z) if camera else (-y, z)
         order = np.argsort(near)
@@ -84,7 +84,7 @@ class Cloud:
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Points seen in both photos.
+    """Points seen in both photos (matches).
 
     Attributes:
         left, right: (n, 2) positions ``x, y`` in the original photos, pixels.
@@ -131,7 +131,7 @@ class Matches:
 
 
 class Result:
-    """Everything a run found out; made by :func:`reconstruct`."""
+    """The result of :func:`reconstruct`."""
 
     def __init__(self, core: _core.Reconstruction, capture: Capture) -> None:
         self._core = core
@@ -172,12 +172,12 @@ class Result:
 
     @property
     def texture(self) -> U8 | None:
-        """(size, size, 3) uint8 sRGB; ``None`` without a pair without the pattern."""
+        """(size, size, 3) uint8 sRGB; ``None`` without a plain pair."""
         return self._core.texture
 
     @property
     def coverage(self) -> U8 | None:
-        """(size, size): the photos that saw a texel, 1 left + 2 right + 4 extra; 128 filled."""
+        """(size, size) uint8: photos that show a texel, 1 left + 2 right + 4 extra; 128 filled."""
         return self._core.coverage
 
     @property
@@ -197,17 +197,17 @@ class Result:
 
     @property
     def model_from_camera(self) -> F64:
-        """(4, 4) model frame from the left camera's frame."""
+        """(4, 4) model frame from the camera frame."""
         return self._core.model_from_camera
 
     @property
     def timings(self) -> dict[str, float]:
-        """Milliseconds each stage took, and ``total``."""
+        """Duration of each stage and in ``total``, milliseconds."""
         return dict(self.facts["timings_ms"])
 
     @property
     def warnings(self) -> list[str]:
-        """What you should know, in words."""
+        """What needs attention, as sentences."""
         return list(self.facts["warnings"])
 
     @property
@@ -216,16 +216,21 @@ class Result:
         return dict(self.facts["params"])
 
     @property
-    def icp_history(self) -> list[float]:
-        """Error of the registration after each step, the first before any (Eq. 3.8 in ``besl``).
+    def registration_history(self) -> list[float]:
+        """Error of the registration before the first and after each step (Eq. 3.8 in ``besl``).
 
-        Empty for a measured surface that did not come to the generic head.
+        Empty for a measured surface that could not be registered.
         """
         pose = self.facts["registration"]
         return list(pose["error_history"]) if pose else []
 
+    @property
+    def icp_history(self) -> list[float]:
+        """Alias of :attr:`registration_history`."""
+        return self.registration_history
+
     def artifacts(self) -> dict[str, npt.NDArray[Any] | Mesh]:
-        """What the stages showed on the way, by ``stage_name`` in order: images, points, meshes."""
+        """Intermediate results by ``NN_stage_name``, in order: images, points, meshes."""
         shown: dict[str, npt.NDArray[Any] | Mesh] = {}
         for number, (stage, name, value) in enumerate(self._core.artifacts(), start=1):
             key = f"{number:02}_{stage}_{name}"
@@ -233,11 +238,11 @@ class Result:
         return shown
 
     def summary(self) -> str:
-        """The figures in words."""
+        """The main figures as sentences."""
         return "\n".join(self._core.summary())
 
     def report_html(self) -> str:
-        """The report: one HTML page that needs no network, as ``report.html``."""
+        """The contents of ``report.html``: one HTML page that needs no network."""
         return self._core.report_html()
 
     def save(
@@ -246,9 +251,9 @@ class Result:
         """Write the files of ``facerecon reconstruct -o``, byte for byte the same.
 
         Args:
-            folder: made where it is missing; each file is written whole or not at all.
+            folder: created if missing; each file is written completely or not at all.
             frame: ``"model"`` or ``"camera"``.
-            keep_stages: also write what the stages showed to ``stages/``.
+            keep_stages: also write the intermediate results to ``stages/``.
 
         Raises:
             FileError: (an ``OSError``) naming the file that could not be written.
@@ -257,43 +262,47 @@ class Result:
 
     @property
     def termination(self) -> str:
-        """Why the registration stopped: ``"converged"`` or ``"max_iterations"``."""
-        return str(self.facts["registration"]["termination"])
+        """Why the registration stopped: ``"converged"`` or ``"max_iterations"``.
+
+        ``"none"`` for a measured surface that could not be registered.
+        """
+        pose = self.facts["registration"]
+        return str(pose["termination"]) if pose else "none"
 
     def __repr__(self) -> str:
         matches, vertices = self.facts["matches"], self.facts["vertices"]
         return f"<facerecon.Result: {matches} matches, {vertices} vertices, {self.facts['unit']}>"
 
     def _repr_html_(self) -> str:
-        words = "<br>".join(html.escape(line) for line in self._core.summary())
+        summary = "<br>".join(html.escape(line) for line in self._core.summary())
         warned = "".join(f"<li>{html.escape(w)}</li>" for w in self.warnings)
-        return f"{self.mesh._repr_html_()}<p>{words}</p>" + (f"<ul>{warned}</ul>" if warned else "")
+        listed = f"<ul>{warned}</ul>" if warned else ""
+        return f"{self.mesh._repr_html_()}<p>{summary}</p>{listed}"
 
 
 def load_template(
     template: str | PathLike[str] | Mesh, argument: str = "template"
 ) -> _core.Template:
-    """A generic head by name, file or mesh."""
+    """A template by name, file or mesh."""
     if isinstance(template, Mesh):
         return _core.Template("mesh", template._parts(), template.landmarks)
     if isinstance(template, str | PathLike):
         return _core.Template.load(fspath(template))
     raise ParameterError(
-        f"{argument} is a {type(template).__name__}, but a name, a path or a facerecon.Mesh is "
-        "wanted",
+        f"{argument} is a {type(template).__name__}; expected a name, a path or a facerecon.Mesh",
         "parameters",
     )
 
 
 def head(name: str | PathLike[str] = "head") -> Mesh:
-    """A generic head with its 18 landmarks, model frame, mm.
+    """Load a template (generic head) with its 18 landmarks, model frame, mm.
 
     Args:
         name: ``"head"`` (about 6,000 vertices), ``"head-coarse"`` (about 830), ``"PRESET=FILE"``
-            for a known template, or a mesh file with its ``NAME.landmarks.toml`` beside it.
+            of a preset, or a mesh file with its ``NAME.landmarks.toml`` beside it.
 
     Raises:
-        TemplateError: for a name or a file that gives no head.
+        TemplateError: for a name or a file that is not a template.
         FileError: (an ``OSError``) for a file that cannot be read.
     """
     template = load_template(name)
@@ -309,27 +318,28 @@ def reconstruct(
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Result:
-    """From photographs to a textured face mesh.
+    """Reconstruct a textured face mesh from photographs.
 
-    Ctrl-C stops it within a second; the GIL is released while it works.
+    Ctrl-C stops it within a second. It releases the GIL.
 
     Args:
         capture: a capture folder, its ``capture.toml``, or a :class:`Capture`.
-        profile: ``"precise"`` (the default) or ``"facebuilder"``, the thesis.
+        profile: ``"precise"`` (the default) or ``"facebuilder"`` (the thesis).
         params: all parameters; not together with ``profile`` or ``settings``.
-        template: another generic head: a name, a file, or a :class:`Mesh` with landmarks (model
-            frame, mm).
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
-        settings: single parameters in groups, e.g. ``smooth={"steps": 3}``; the measured surface
-            itself instead of a bent head with ``surface={"method": "auto"}``.
+        template: instead of the built-in head: a name, a file, or a :class:`Mesh` with landmarks
+            (model frame, mm).
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
+        settings: single parameters in groups, e.g. ``smooth={"steps": 3}``;
+            ``surface={"method": "auto"}`` meshes the measured surface instead of deforming a
+            template.
 
     Returns:
-        The mesh, the points, the texture and everything else the run found out.
+        The mesh, the points, the texture and the figures of the run.
 
     Raises:
-        FaceReconError: naming the stage that could not do its work, with the figures found and
-            needed; ``ParameterError`` (a ``ValueError``) for arguments, ``FileError`` (an
-            ``OSError``) for files.
+        FaceReconError: naming the stage that failed, with the figures found and required;
+            ``ParameterError`` (a ``ValueError``) for arguments, ``FileError`` (an ``OSError``) for
+            files.
     """
     core_params = given_params(profile, params, settings)
     photos = as_capture(capture)

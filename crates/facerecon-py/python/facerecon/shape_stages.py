@@ -1,4 +1,4 @@
-"""The stages that work on points and meshes: from matches to a face (thesis chapters 2.4 to 5)."""
+"""The stages on points and meshes: from matches to a face (thesis section 2.4 to chapter 5)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arrays import F64, U8, rows, vertex_numbers
+from ._arrays import F64, U8, rows, vertex_indices
 from .capture import Capture, as_capture
 from .errors import ParameterError
 from .mesh import Mesh, as_mesh
@@ -22,17 +22,18 @@ from .result import Cloud, Matches, load_template
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """How points came to a model.
+    """The alignment of points with a model; the result of :func:`register`.
 
     Attributes:
-        model_from_data: (4, 4) similarity; the points' own frame on its right.
-        history: error after each step, the first before any (thesis Eq. 3.8 with ``besl``).
-        termination: why it stopped: ``"converged"`` (the error fell by less than the tolerance)
-            or ``"max_iterations"``.
-        iterations: steps taken, those of a search for the start included.
-        rms_before, rms_after: of the closest 80 %, model units.
-        scale: of ``model_from_data``.
-        inliers: numbers of the points that were used.
+        model_from_data: (4, 4) similarity, model frame from the frame of the points.
+        history: error before the first and after each step (thesis Eq. 3.8 with ``besl``).
+        termination: why it stopped: ``"converged"`` (the error decreased by less than the
+            tolerance) or ``"max_iterations"``.
+        iterations: number of steps; with ``besl`` those of the initial search included.
+        rms_before, rms_after: root mean square distance of the closest 80 % of the points from
+            the model, model units.
+        scale: scale of ``model_from_data``.
+        inliers: indices of the points that were used.
     """
 
     model_from_data: F64
@@ -45,7 +46,7 @@ class Registration:
     inliers: list[int]
 
     def apply(self, points: Any) -> F64:
-        """Points (n, 3) brought into the model frame (Eq. 3.7).
+        """Transform points (n, 3) into the model frame (Eq. 3.7).
 
         Raises:
             ParameterError: (a ``ValueError``) for another shape or values that are not finite.
@@ -63,13 +64,13 @@ class Registration:
 
 @dataclass(frozen=True, eq=False)
 class Deformed:
-    """A bent head.
+    """A deformed template; the result of :func:`deform` and :func:`fit`.
 
     Attributes:
         mesh: the template with new vertex positions; vertices that ``nicp`` adds come last.
-        rms_before, rms_after: distance of the used vertices (or points) from their goals, units of
-            the mesh.
-        centres: points the fit rests on.
+        rms_before, rms_after: root mean square distance of the vertices (or points) from their
+            targets, units of the mesh.
+        centres: number of RBF centres, or of points used by ``nicp``.
     """
 
     mesh: Mesh
@@ -92,7 +93,7 @@ def triangulate(
     matches: Matches | tuple[Any, Any],
     **settings: Any,
 ) -> Cloud:
-    """Points from matches.
+    """Compute points in space from matches (thesis section 2.4).
 
     Args:
         capture: a :class:`Capture`, or its path.
@@ -109,11 +110,11 @@ def triangulate(
     """
     if isinstance(matches, Matches):
         matches = matches.left, matches.right
-    left, right = _two("matches", matches, "(left, right), both (n, 2) pixels,")
+    left, right = _two("matches", matches, "(left, right), both (n, 2) pixels")
     left, right = rows("left", left, 2), rows("right", right, 2)
     if len(left) != len(right):
         raise ParameterError(
-            f"right has shape {right.shape}, but that of left, {left.shape}, is wanted",
+            f"right has shape {right.shape}; expected {left.shape}, that of left",
             "parameters",
         )
     params = params_for("triangulate", None, settings)
@@ -121,56 +122,69 @@ def triangulate(
     return Cloud(*columns)
 
 
-def icp(
+def register(
     data: Cloud | Any,
     model: Mesh | str | PathLike[str] = "head",
     *,
     metric: bool = True,
+    landmarks: tuple[Any, Any] | None = None,
     features: tuple[Any, Any] | None = None,
     profile: str | None = None,
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Registration:
-    """Brings measured points to a model (thesis chapter 3: Eq. 3.1 to 3.8 with ``method="besl"``).
+    """Align measured points with a model (thesis chapter 3: Eq. 3.1 to 3.8 with ``method="besl"``).
+
+    ``icp`` is an alias.
 
     Args:
-        data: (n, 3) points: camera frame, mm, when ``metric``; else near the model's frame.
-        model: a generic head: its name, its file, or a :class:`Mesh` (model frame, mm).
+        data: (n, 3) points: camera frame, mm, when ``metric``; else model units, model frame.
+        model: a template: name, file, or :class:`Mesh` (model frame, mm).
         metric: whether the points are millimetres in the camera frame (y down, z forward).
-        features: marked features as ``(measured, on the model)``, both (k, 3) (section 6.5.2).
+        landmarks: positions of landmarks as ``(measured, on the model)``, both (k, 3)
+            (section 6.5.2).
+        features: alias of ``landmarks``.
         profile: ``"precise"`` (trimmed point-to-plane, the default) or ``"facebuilder"``.
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: those of ``register``.
 
     Returns:
-        ``model_from_data``, the error after each step, and why it stopped.
+        The transform, the error after each step, and why it stopped.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        RegisterError: for too few points, or when they do not come to fit the model.
+        RegisterError: for too few points, or when the points do not fit the model.
     """
     points = rows("data", data.points if isinstance(data, Cloud) else data, 3)
-    marks = None
-    if features is not None:
-        measured, on_model = _two("features", features, "(measured, on the model)")
-        marks = rows("features[0]", measured, 3), rows("features[1]", on_model, 3)
-        if len(marks[0]) != len(marks[1]):
+    pairs = None
+    landmarks = _with_alias(landmarks, features)
+    if landmarks is not None:
+        measured, on_model = _two("landmarks", landmarks, "(measured, on the model)")
+        pairs = rows("landmarks[0]", measured, 3), rows("landmarks[1]", on_model, 3)
+        if len(pairs[0]) != len(pairs[1]):
             raise ParameterError(
-                f"features[1] has shape {marks[1].shape}, but {marks[0].shape} is wanted",
+                f"landmarks[1] has shape {pairs[1].shape}; expected {pairs[0].shape}, that of "
+                "landmarks[0]",
                 "parameters",
             )
     params = params_for("register", profile, settings)
     head = load_template(model, "model")
     watch = watcher(progress, ("register",))
     try:
-        matrix, text, history, inliers = _core.icp(
-            points, head, metric, marks, params, watch.callback
+        matrix, text, inliers = _core.register(
+            points, head, metric, pairs, params, watch.callback
         )
     finally:
         watch.close()
     facts = json.loads(text)
     names = ("termination", "iterations", "rms_before", "rms_after", "scale")
-    return Registration(matrix, history, inliers=inliers, **{name: facts[name] for name in names})
+    return Registration(
+        matrix, facts["error_history"], inliers=inliers, **{name: facts[name] for name in names}
+    )
+
+
+#: Alias of :func:`register`.
+icp = register
 
 
 def deform(
@@ -178,39 +192,46 @@ def deform(
     data: Cloud | Any,
     *,
     assignments: Mapping[int, Any] | None = None,
+    landmarks: Mapping[int | str, Any] | None = None,
     features: Mapping[int | str, Any] | None = None,
     profile: str | None = None,
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Deformed:
-    """Bends a head to registered points (thesis chapter 4: Eq. 4.1 to 4.8 with the RBF methods).
+    """Deform a template to registered points (thesis chapter 4: Eq. 4.1 to 4.8 with RBF methods).
 
     Args:
         template: the generic head, model frame.
-        data: (n, 3) points of the model frame.
-        assignments: the place (3,) each vertex must reach, by vertex number; by default the mean of
-            the points whose closest vertex it is (thesis section 3.2).
-        features: places (3,) of marked features, by vertex number or landmark name.
+        data: (n, 3) points in the model frame.
+        assignments: target position (3,) by vertex index; by default each vertex that is closest
+            to some points gets their mean (thesis section 3.2).
+        landmarks: positions (3,) of landmarks, by name or vertex index.
+        features: alias of ``landmarks``.
         profile: ``"precise"`` (``nicp``, the default) or ``"facebuilder"`` (``gaussian-rbf``).
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: those of ``deform``, e.g. ``method="gaussian-rbf"``, ``"linear-rbf"``,
             ``"biharmonic-rbf"``, ``"nicp"``.
 
     Returns:
-        The bent head and how far it was and is from its goals.
+        The deformed template and its distance from the targets, before and after.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        DeformError: for too few points, or equations without a stable solution.
+        DeformError: for too few points, or a system of equations without a stable solution.
     """
     as_mesh("template", template)
     points = rows("data", data.points if isinstance(data, Cloud) else data, 3)
-    named = None
-    if features is not None:
-        unknown = [k for k in features if isinstance(k, str) and k not in template.landmarks]
+    by_vertex = None
+    landmarks = _with_alias(landmarks, features)
+    if landmarks is not None:
+        known = template.landmarks
+        unknown = [k for k in landmarks if isinstance(k, str) and k not in known]
         if unknown:
-            raise ParameterError(f"features: the template has no {unknown}", "parameters")
-        named = {template.landmarks[k] if isinstance(k, str) else k: v for k, v in features.items()}
+            raise ParameterError(
+                f"landmarks: the template has no {unknown}; expected names of {sorted(known)}",
+                "parameters",
+            )
+        by_vertex = {known[k] if isinstance(k, str) else k: v for k, v in landmarks.items()}
     count = len(template.vertices)
     params = params_for("deform", profile, settings)
     watch = watcher(progress, ("deform",))
@@ -218,8 +239,8 @@ def deform(
         parts, before, after, centres = _core.deform(
             template._parts(),
             points,
-            _goals("assignments", assignments, count),
-            _goals("features", named, count),
+            _targets("assignments", assignments, count),
+            _targets("landmarks", by_vertex, count),
             params,
             watch.callback,
         )
@@ -233,28 +254,36 @@ def fit(
     template: Mesh,
     data: Cloud | Any,
     *,
+    landmarks: Mapping[int | str, Any] | None = None,
     features: Mapping[int | str, Any] | None = None,
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Deformed:
-    """Robust non-rigid ICP: :func:`deform` with ``method="nicp"``, to all points, no spikes.
+    """Robust non-rigid ICP: :func:`deform` with ``method="nicp"``.
 
     Args:
         template: the generic head, model frame.
-        data: (n, 3) points of the model frame; those of the surface between the dots help.
-        features: places (3,) of marked features, by vertex number or landmark name.
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        data: (n, 3) points in the model frame, best with those between the dots
+            (:attr:`facerecon.Result.cloud`).
+        landmarks: positions (3,) of landmarks, by name or vertex index.
+        features: alias of ``landmarks``.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: those of ``deform``, e.g. ``nicp={"rounds": 2}``.
 
     Returns:
-        The fitted head and how far the points were and are from it.
+        The fitted template and the distance of the points from it, before and after.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        DeformError: for too few points, or equations without a stable solution.
+        DeformError: for too few points, or a system of equations without a stable solution.
     """
     return deform(
-        template, data, features=features, progress=progress, **{**settings, "method": "nicp"}
+        template,
+        data,
+        landmarks=landmarks,
+        features=features,
+        progress=progress,
+        **{**settings, "method": "nicp"},
     )
 
 
@@ -266,24 +295,24 @@ def surface(
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Mesh:
-    """The measured surface of a capture as a mesh, without a generic head; holes stay open.
+    """Mesh the measured surface of a capture, without a template; holes stay open.
 
     Args:
         capture: a :class:`Capture`, or its path.
         profile: ``"precise"`` (the dense disparity, the default) or ``"facebuilder"`` (the dots).
         params: all parameters; not together with ``profile`` or ``settings``.
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
-        settings: groups, as for :func:`facerecon.reconstruct`, which gives the same textured and
-            in the model frame with ``surface={"method": "auto"}``.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
+        settings: groups, as for :func:`facerecon.reconstruct`, which returns the same mesh
+            textured and in the model frame with ``surface={"method": "auto"}``.
 
     Returns:
-        The mesh, camera frame, mm, with a calibrated capture, with texture coordinates for
-        :func:`texture`.
+        The mesh, with texture coordinates for :func:`texture`: camera frame, mm, with a calibrated
+        capture; else model units.
 
     Raises:
         ParameterError: (a ``ValueError``) for parameters.
         FileError: (an ``OSError``) for a capture that cannot be read.
-        SurfaceError: when the measured points enclose no surface.
+        SurfaceError: when the measured points form no surface.
     """
     core = given_params(profile, params, settings)
     photos = as_capture(capture)
@@ -298,20 +327,21 @@ def surface(
 def smooth(
     mesh: Mesh, method: str = "laplacian", *, reference: Any = None, **settings: Any
 ) -> Mesh:
-    """Smooths a mesh (Eq. 4.9 and 4.10).
+    """Smooth a mesh (Eq. 4.9 and 4.10).
 
     Args:
-        mesh: the mesh, mm; vertices on an open edge stay.
+        mesh: the mesh, mm; vertices on its border do not move.
         method: ``"laplacian"``, ``"taubin"`` (the second step of thesis section 4.3), ``"none"``.
-        reference: (k, 3) points whose bounds the mesh is enlarged back to (section 6.5.2).
+        reference: (k, 3) points; smoothing shrinks a mesh, so it is enlarged until the vertices at
+            these points have their former bounds (section 6.5.2). By default all vertices count.
         settings: those of ``smooth``, e.g. ``steps=5``, ``lambda_=0.5`` (Eq. 4.10), ``mu``.
 
     Returns:
-        A mesh of the same faces, texture and landmarks.
+        The mesh with new vertex positions.
 
     Raises:
         ParameterError: (a ``ValueError``) for arguments.
-        SmoothError: for a mesh or a ``mu`` that cannot be smoothed with.
+        SmoothError: for a mesh that cannot be smoothed, or an invalid ``mu``.
     """
     as_mesh("mesh", mesh)
     bounds = None if reference is None else rows("reference", reference, 3)
@@ -328,14 +358,14 @@ def texture(
     progress: bool | Callback = False,
     **settings: Any,
 ) -> tuple[Mesh, U8]:
-    """Colours a mesh from a calibrated capture's pair without the pattern (thesis chapter 5).
+    """Texture a mesh from the plain pair of a calibrated capture (thesis chapter 5).
 
     Args:
         mesh: camera frame, mm, with texture coordinates.
         capture: a :class:`Capture`, or its path.
-        profile: ``"precise"`` (projected and blended, the default) or ``"facebuilder"`` (scan
+        profile: ``"precise"`` (projection and blending, the default) or ``"facebuilder"`` (scan
             lines: thesis section 5.2).
-        progress: ``True`` for a bar, or a function that is given every :class:`Event`.
+        progress: ``True`` for a bar, or a function that receives every :class:`Event`.
         settings: those of ``texture``, e.g. ``size=1024``.
 
     Returns:
@@ -345,7 +375,7 @@ def texture(
     Raises:
         ParameterError: (a ``ValueError``) for parameters.
         InputError: without a plain pair or calibration.
-        TextureError: for a mesh that cannot be coloured.
+        TextureError: for a mesh that cannot be textured.
     """
     as_mesh("mesh", mesh)
     params = params_for("texture", profile, settings)
@@ -358,20 +388,31 @@ def texture(
     return Mesh._from_parts(mesh._parts(), image, mesh.landmarks), coverage
 
 
-def _two(name: str, given: Any, wanted: str) -> tuple[Any, Any]:
+def _with_alias(landmarks: Any, features: Any) -> Any:
+    """The value of ``landmarks``, or that of its alias ``features``."""
+    if landmarks is not None and features is not None:
+        raise ParameterError(
+            "landmarks and its alias features are both given; give only landmarks", "parameters"
+        )
+    return features if landmarks is None else landmarks
+
+
+def _two(name: str, given: Any, expected: str) -> tuple[Any, Any]:
     try:
         first, second = given
     except (TypeError, ValueError) as error:
         raise ParameterError(
-            f"{name} is not a pair, but {wanted} is wanted", "parameters"
+            f"{name} is not a pair; expected {expected}", "parameters"
         ) from error
     return first, second
 
 
-def _goals(name: str, given: Mapping[int, Any] | None, count: int) -> tuple[list[int], F64] | None:
+def _targets(
+    name: str, given: Mapping[int, Any] | None, count: int
+) -> tuple[list[int], F64] | None:
     if given is None:
         return None
     return (
-        vertex_numbers(name, list(given), count),
+        vertex_indices(name, list(given), count),
         rows(name, list(given.values()) if given else np.zeros((0, 3)), 3),
     )

@@ -1,4 +1,4 @@
-"""Pictures of captures and results with matplotlib, and a 3D view with k3d (extra ``[viz]``)."""
+"""Plots of captures and results with matplotlib, and a 3D view with k3d (extra ``[viz]``)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
-from ._arrays import F64, U32, column, gray, picture
+from ._arrays import column, gray
+from ._view3d import Points, Triangles
+from ._view3d import show as show_shapes
 from .capture import Capture
 from .errors import ParameterError
 from .makers import Comparison, render
@@ -15,9 +16,6 @@ from .mesh import Mesh
 from .photo_stages import Dots
 from .result import Cloud, Matches, Result
 from .shape_stages import Registration
-
-#: The most vertices that :func:`show3d` hands to the browser as they are.
-LARGEST = 500_000
 
 
 def _pyplot() -> Any:
@@ -33,12 +31,12 @@ def _axes(ax: Any, **figure: Any) -> Any:
 
 
 def dots(photo: Any, found: Dots, ax: Any = None) -> Any:
-    """The dots on their photo.
+    """Plot the dots on their photo.
 
     Args:
         photo: (height, width) grey, or (height, width, 3) uint8.
-        found: its dots, pixels.
-        ax: matplotlib axes to draw into; by default a new figure's.
+        found: the dots of the photo, pixels.
+        ax: matplotlib axes to draw into; by default those of a new figure.
 
     Returns:
         The matplotlib axes.
@@ -57,12 +55,12 @@ def dots(photo: Any, found: Dots, ax: Any = None) -> Any:
 
 
 def matches(found: Result | Matches, capture: Capture | None = None, axes: Any = None) -> Any:
-    """The matches on both photos, coloured by disparity (pixels).
+    """Plot the matches on both photos, coloured by disparity (pixels).
 
     Args:
         found: a result, or matches together with their ``capture``.
         capture: the photos; those of the result by default.
-        axes: two matplotlib axes to draw into; by default a new figure's.
+        axes: two matplotlib axes to draw into; by default those of a new figure.
 
     Returns:
         The two axes.
@@ -74,7 +72,7 @@ def matches(found: Result | Matches, capture: Capture | None = None, axes: Any =
     table = found.matches if isinstance(found, Result) else found
     photos = found.capture if isinstance(found, Result) and capture is None else capture
     if photos is None:
-        raise ParameterError("capture is wanted together with matches", "parameters")
+        raise ParameterError("capture is missing; give the capture of the matches", "parameters")
     if axes is None:
         axes = _pyplot().subplots(1, 2, figsize=(13, 5), layout="constrained")[1]
     known = table.disparity[np.isfinite(table.disparity)]
@@ -90,11 +88,11 @@ def matches(found: Result | Matches, capture: Capture | None = None, axes: Any =
 
 
 def disparity(found: Matches | Result, ax: Any = None) -> Any:
-    """The disparity map: (n,) disparities where they were measured in the left photo, pixels.
+    """Plot the disparities (pixels) at their positions in the left photo.
 
     Args:
         found: matches, or a result.
-        ax: matplotlib axes to draw into; by default a new figure's.
+        ax: matplotlib axes to draw into; by default those of a new figure.
 
     Returns:
         The matplotlib axes.
@@ -115,11 +113,11 @@ def disparity(found: Matches | Result, ax: Any = None) -> Any:
 
 
 def convergence(found: Result | Registration, ax: Any = None) -> Any:
-    """The error of the registration after each step (Eq. 3.8 with ``register.method="besl"``).
+    """Plot the error of the registration after each step (Eq. 3.8 with ``method="besl"``).
 
     Args:
-        found: a result, or what :func:`facerecon.icp` gives.
-        ax: matplotlib axes to draw into; by default a new figure's.
+        found: a result, or a :class:`facerecon.Registration`.
+        ax: matplotlib axes to draw into; by default those of a new figure.
 
     Returns:
         The matplotlib axes.
@@ -127,7 +125,7 @@ def convergence(found: Result | Registration, ax: Any = None) -> Any:
     Raises:
         ImportError: without matplotlib.
     """
-    history = found.icp_history if isinstance(found, Result) else found.history
+    history = found.registration_history if isinstance(found, Result) else found.history
     ax = _axes(ax, figsize=(6, 4))
     ax.plot(range(len(history)), history, marker=".")
     ax.set(xlabel="step", ylabel="error", title=f"registration: {found.termination}")
@@ -144,15 +142,15 @@ def heat(
     frame: str = "model",
     ax: Any = None,
 ) -> Any:
-    """The error heat map: a mesh coloured by a value a vertex, with a scale in millimetres.
+    """Plot a mesh coloured by one value per vertex, with a scale in millimetres.
 
     Args:
         mesh: the mesh, mm.
         values: a comparison's distances, or (n,) values, at least 0; NaN is grey.
         view: ``front``, ``three-quarter``, ``profile`` ...
-        limit_mm: value at the end of the scale.
+        limit_mm: value at the upper end of the scale.
         frame: ``"model"`` or ``"camera"``: the mesh's axes.
-        ax: matplotlib axes to draw into; by default a new figure's.
+        ax: matplotlib axes to draw into; by default those of a new figure.
 
     Returns:
         The matplotlib axes.
@@ -171,10 +169,10 @@ def heat(
 
 
 def show3d(*shown: Mesh | Cloud | Result) -> Any:
-    """An interactive view for notebooks by k3d; show it as a cell's last value.
+    """An interactive 3D view for notebooks (k3d): make it the last value of a cell.
 
     Args:
-        shown: meshes, clouds or results of one frame, mm; a result shows its mesh.
+        shown: meshes, clouds or results in the same frame, mm; a result shows its mesh.
 
     Returns:
         The ``k3d.Plot``.
@@ -183,54 +181,10 @@ def show3d(*shown: Mesh | Cloud | Result) -> Any:
         ParameterError: (a ``ValueError``) for a mesh without faces or an empty cloud.
         ImportError: without k3d.
     """
-    try:
-        import k3d
-    except ImportError as error:
-        raise ImportError("the 3D view needs k3d: pip install 'facerecon[viz]'") from error
-    plot = k3d.plot(grid_visible=False, camera_auto_fit=False)
+    shapes: list[Points | Triangles] = []
     for item in shown:
         if isinstance(item, Cloud):
-            if not len(item):
-                raise ParameterError("the cloud has no points to show", "parameters")
-            plot += k3d.points(
-                item.points.astype(np.float32),
-                point_size=0.8,
-                shader="flat",
-                **(
-                    {"color": 0xF0C020} if item.colors is None else {"colors": _packed(item.colors)}
-                ),
-            )
-            continue
-        face = item.mesh if isinstance(item, Result) else item
-        if not len(face.faces):
-            raise ParameterError("the mesh has no faces to show", "parameters")
-        if len(face.vertices) > LARGEST:
-            raise ParameterError(
-                f"the mesh has {len(face.vertices)} vertices, but at most {LARGEST} can be shown",
-                "parameters",
-            )
-        vertices, faces, looks = _looks(face)
-        plot += k3d.mesh(
-            vertices.astype(np.float32), faces, side="double", flat_shading=False, **looks
-        )
-    # seen from the front, y up
-    eye_and_middle = [float(v) for v in plot.get_auto_camera(factor=0.9, yaw=0, pitch=0)[:6]]
-    plot.camera = [*eye_and_middle, 0.0, 1.0, 0.0]
-    return plot
-
-
-def _packed(colors: Any) -> Any:
-    return colors.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
-
-
-def _looks(mesh: Mesh) -> tuple[F64, U32, dict[str, Any]]:
-    """Vertices, faces, and how they are coloured: by texture, by vertex, or as plaster."""
-    if mesh.texture is not None and mesh.uv is not None:
-        vertices, faces, uv = mesh._unwelded()
-        png = _core.encode_png(picture("texture", mesh.texture))
-        # k3d counts rows from the top
-        uvs = (uv * [1.0, -1.0] + [0.0, 1.0]).astype(np.float32)
-        return vertices, faces, {"texture": png, "texture_file_format": "png", "uvs": uvs}
-    if mesh.colors is not None:
-        return mesh.vertices, mesh.faces, {"colors": _packed(mesh.colors)}
-    return mesh.vertices, mesh.faces, {"color": 0xD8C8BC}
+            shapes.append(Points(item.points, item.colors))
+        else:
+            shapes.append((item.mesh if isinstance(item, Result) else item)._shape3d())
+    return show_shapes(*shapes)
