@@ -19,6 +19,9 @@ from .params import Params, given_params, params_for
 from .progress import Callback, watcher
 from .result import Cloud, Matches, load_template
 
+#: Values by landmark name or vertex index.
+ByLandmark = Mapping[str, Any] | Mapping[int, Any] | Mapping[int | str, Any]
+
 
 @dataclass(frozen=True, eq=False)
 class Registration:
@@ -192,8 +195,8 @@ def deform(
     data: Cloud | Any,
     *,
     assignments: Mapping[int, Any] | None = None,
-    landmarks: Mapping[int | str, Any] | None = None,
-    features: Mapping[int | str, Any] | None = None,
+    landmarks: ByLandmark | None = None,
+    features: ByLandmark | None = None,
     profile: str | None = None,
     progress: bool | Callback = False,
     **settings: Any,
@@ -254,8 +257,8 @@ def fit(
     template: Mesh,
     data: Cloud | Any,
     *,
-    landmarks: Mapping[int | str, Any] | None = None,
-    features: Mapping[int | str, Any] | None = None,
+    landmarks: ByLandmark | None = None,
+    features: ByLandmark | None = None,
     progress: bool | Callback = False,
     **settings: Any,
 ) -> Deformed:
