@@ -29,7 +29,7 @@ const TOLERANCE_MM: f64 = 0.02;
 /// A run, with the bounds of its distance from the true face.
 struct Case {
     capture: &'static str,
-    /// Whether the 18 features are marked in it.
+    /// Whether the 18 landmarks are marked in it.
     marked: bool,
     profile: &'static str,
     set: Vec<(String, String)>,
@@ -59,7 +59,7 @@ impl Case {
     fn run(&self) -> Reconstruction {
         let mut capture = read(self.capture);
         if self.marked {
-            mark_features(&mut capture, &fixtures().join(self.capture));
+            mark_landmarks(&mut capture, &fixtures().join(self.capture));
         }
         let params = Params::load(Some(self.profile), None, &self.set).unwrap();
         reconstruct(&capture, &template::built_in(), &params, &())
@@ -90,8 +90,8 @@ fn read(capture: &str) -> Capture {
     io::capture::read_capture(&fixtures().join(capture)).unwrap().capture
 }
 
-/// Marks the 18 features where the truth has them.
-fn mark_features(capture: &mut Capture, folder: &Path) {
+/// Marks the 18 landmarks at their true positions.
+fn mark_landmarks(capture: &mut Capture, folder: &Path) {
     let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
     let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
     for name in FEATURES {
@@ -208,14 +208,14 @@ fn a_moved_vertex_is_noticed() {
 }
 
 #[test]
-fn marked_features_save_registration_steps() {
+fn marked_landmarks_save_registration_steps() {
     let bare = Case::new("parallel", "facebuilder", 0.0, 0.0).run().registration.unwrap();
     let marked =
         Case::new("parallel", "facebuilder", 0.0, 0.0).marked().run().registration.unwrap();
     assert!(!bare.from_features && marked.from_features);
     assert!(
         2 * marked.iterations < bare.iterations,
-        "{} steps with the features, {} without",
+        "{} steps with the landmarks, {} without",
         marked.iterations,
         bare.iterations
     );

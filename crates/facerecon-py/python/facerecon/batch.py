@@ -47,8 +47,8 @@ class BatchResult:
 
     def __repr__(self) -> str:
         counts = {s: sum(r["status"] == s for r in self.rows) for s in ("done", "kept", "failed")}
-        words = ", ".join(f"{n} {s}" for s, n in counts.items())
-        return f"<facerecon.BatchResult: {words}>"
+        shown = ", ".join(f"{n} {s}" for s, n in counts.items())
+        return f"<facerecon.BatchResult: {shown}>"
 
     def _repr_html_(self) -> str:
         page = _core.batch_tables(json.dumps(self.rows))[1]

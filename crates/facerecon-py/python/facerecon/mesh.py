@@ -301,8 +301,8 @@ class Mesh:
             for word, has in (("uv", self.uv), ("texture", self.texture), ("colors", self.colors))
             if has is not None
         ]
-        words = f", with {', '.join(extra)}" if extra else ""
-        return f"<facerecon.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces{words}>"
+        contents = f", with {', '.join(extra)}" if extra else ""
+        return f"<facerecon.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces{contents}>"
 
     def _repr_html_(self) -> str:
         if not len(self.faces):
