@@ -1,4 +1,4 @@
-//! The commands, one file each or a few related ones together, and their shared helpers.
+//! The commands: one file each, or for a few related ones.
 
 mod batch;
 mod capture;
@@ -10,15 +10,11 @@ mod params;
 mod pose;
 mod render;
 mod reconstruct;
+mod shared;
 mod stage;
 mod template;
 
-use std::path::Path;
-
-use facerecon_core::io::IoError;
-use facerecon_core::pipeline::Params;
-
-use crate::args::{Cli, Command, ParamArgs, ShapeArgs};
+use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::output::Terminal;
 
@@ -49,66 +45,4 @@ pub(crate) fn run(cli: &Cli, terminal: &Terminal) -> Result<(), Failure> {
         Command::Params(args) => params::print(args, terminal),
         Command::Completions { shell } => params::completions(*shell, terminal),
     }
-}
-
-/// The parameters that the arguments select.
-fn load_params(args: &ParamArgs) -> Result<Params, Failure> {
-    let text = match &args.config {
-        Some(path) => {
-            let text = facerecon_core::io::read_text(path, "parameter file")?;
-            let fault = |e| Failure::usage(format!("{}: {e}", path.display()));
-            text.parse::<toml::Table>().map_err(fault)?;
-            Some(text)
-        }
-        None => None,
-    };
-    let sets = split_settings(&args.set)?;
-    Ok(Params::load(args.profile.as_deref(), text.as_deref(), &sets)?)
-}
-
-/// The parameters of a reconstruction; `--set surface.method=...` overrides `--surface`.
-fn reconstruction_params(args: &ParamArgs, shape: ShapeArgs) -> Result<Params, Failure> {
-    let mut args = args.clone();
-    if shape.surface {
-        args.set.insert(0, "surface.method=auto".into());
-    }
-    load_params(&args)
-}
-
-/// Splits `NAME=VALUE` at the first `=`.
-fn split_settings(settings: &[String]) -> Result<Vec<(String, String)>, Failure> {
-    settings
-        .iter()
-        .map(|setting| match setting.split_once('=') {
-            Some((name, value)) => Ok((name.trim().to_owned(), value.trim().to_owned())),
-            None => Err(Failure::usage(format!(
-                "--set {setting}: write NAME=VALUE, e.g. --set detect.method=thin"
-            ))),
-        })
-        .collect()
-}
-
-/// Checks, before any work is done, that a folder can be made at this path.
-fn require_folder_path(folder: &Path) -> Result<(), Failure> {
-    let file = folder.ancestors().find(|p| p.exists()).filter(|p| !p.is_dir());
-    match file {
-        Some(file) => {
-            let source = std::io::Error::other("a file with this name exists, but a folder is expected");
-            Err(IoError::Write { path: file.to_owned(), source }.into())
-        }
-        None => Ok(()),
-    }
-}
-
-/// Checks that the name of an image to write ends in `.png`.
-fn require_png_name(path: &Path) -> Result<(), Failure> {
-    match path.extension() {
-        Some(ending) if ending.eq_ignore_ascii_case("png") => Ok(()),
-        _ => Err(Failure::usage(format!("{}: images can only be written as .png; use a name that ends in .png", path.display()))),
-    }
-}
-
-/// Indented JSON for stdout.
-fn to_json(value: &serde_json::Value) -> String {
-    format!("{value:#}")
 }

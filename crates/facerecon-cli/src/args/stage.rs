@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{CaptureArgs, ParamArgs, TemplateArgs};
+use super::shared::{CaptureArgs, ParamArgs, TemplateArgs};
 
 /// `facerecon filter`.
 #[derive(Args)]

@@ -7,7 +7,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{require_folder_path, reconstruction_params, reconstruct, template, to_json};
+use super::shared::{reconstruction_params, require_folder_path, to_json};
+use super::{reconstruct, template};
 use crate::args::BatchArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;

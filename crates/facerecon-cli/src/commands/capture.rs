@@ -9,7 +9,7 @@ use facerecon_core::io::{IoError, atomic};
 use facerecon_core::stages::check::{self, Verdict};
 use serde_json::json;
 
-use super::to_json;
+use super::shared::to_json;
 use crate::args::CaptureArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;

@@ -3,7 +3,7 @@
 use facerecon_core::evaluate::{Both, CompareParams, Comparison, Side};
 use facerecon_core::io;
 
-use super::to_json;
+use super::shared::to_json;
 use crate::args::CompareArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;

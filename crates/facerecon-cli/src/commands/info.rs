@@ -6,7 +6,7 @@ use facerecon_core::data::{PatternKind, Topology};
 use facerecon_core::io;
 use serde_json::{Value, json};
 
-use super::to_json;
+use super::shared::to_json;
 use crate::failure::Failure;
 use crate::output::Terminal;
 

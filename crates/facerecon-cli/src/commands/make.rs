@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 use serde_json::json;
 
-use super::{require_folder_path, require_png_name, split_settings};
+use super::shared::{require_folder_path, require_png_name, split_settings};
 use crate::args::{PatternArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;

@@ -2,7 +2,7 @@
 
 use clap::CommandFactory as _;
 
-use super::load_params;
+use super::shared::load_params;
 use crate::args::{Cli, ParamArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;

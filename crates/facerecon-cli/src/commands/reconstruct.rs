@@ -9,7 +9,8 @@ use facerecon_core::pipeline::{Reconstruction, reconstruct as run_pipeline};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
 
-use super::{capture, require_folder_path, reconstruction_params, template, to_json};
+use super::shared::{reconstruction_params, require_folder_path, to_json};
+use super::{capture, template};
 use crate::args::{FrameArg, ReconstructArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;

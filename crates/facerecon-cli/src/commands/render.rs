@@ -7,7 +7,7 @@ use facerecon_core::spatial::SurfaceIndex;
 
 use serde_json::json;
 
-use super::require_png_name;
+use super::shared::require_png_name;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;

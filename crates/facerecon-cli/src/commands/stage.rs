@@ -19,7 +19,8 @@ use facerecon_core::{io, output};
 use serde_json::json;
 
 use super::pose::{self, Pose};
-use super::{capture, load_params, require_png_name, template, to_json};
+use super::shared::{load_params, require_png_name, to_json};
+use super::{capture, template};
 use crate::args::{
     DeformArgs, DetectArgs, FilterArgs, FilterStep, RegisterArgs, SmoothArgs, StageArgs,
     SurfaceArgs, TextureArgs, TriangulateArgs,

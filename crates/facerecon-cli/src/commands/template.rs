@@ -5,7 +5,7 @@ use facerecon_core::template::{self, LoadedTemplate, Template, presets::PRESETS}
 
 use serde_json::json;
 
-use super::to_json;
+use super::shared::to_json;
 use crate::args::{TemplateAction, TemplateArgs};
 use crate::failure::Failure;
 use crate::output::Terminal;
