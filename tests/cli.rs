@@ -190,7 +190,8 @@ fn the_stages_run_one_by_one() {
     let pose = bench.done("register cloud.ply -o registered.ply --profile facebuilder --json -q");
     assert_eq!(json(&pose.out), json(&bench.text("registered.json")));
     bench.done("deform registered.ply -o deformed.obj --profile facebuilder -q");
-    bench.done("smooth deformed.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
+    bench
+        .done("smooth deformed.obj -o face.ply --set smooth.method=taubin --set smooth.steps=3 -q");
 
     bench.done("texture face.ply --capture capture -o textured.glb --pose registered.json -q");
     let facts = bench.done("smooth deformed.obj -o again.obj --json -q").out;
@@ -203,7 +204,9 @@ fn the_stages_run_one_by_one() {
     assert!(median < 1.0, "{between}");
 
     bench.done("reconstruct capture -o camera --profile facebuilder --frame camera -q");
-    bench.done("texture camera/face.obj --capture capture -o coloured.glb --set texture.size=256 -q");
+    bench.done(
+        "texture camera/face.obj --capture capture -o coloured.glb --set texture.size=256 -q",
+    );
     assert_eq!(json(&bench.done("info coloured.glb").out)["texture"]["width"], 256);
 }
 

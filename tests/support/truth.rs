@@ -59,11 +59,7 @@ pub fn score(dots: &[TrueDot], matches: &[MatchRow]) -> Score {
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match nearest {
             Some((apart, m)) if apart < SAME_DOT_PX => {
-                if (m.right - dot.right).norm() < CORRECT_PX {
-                    right += 1
-                } else {
-                    wrong += 1
-                }
+                if (m.right - dot.right).norm() < CORRECT_PX { right += 1 } else { wrong += 1 }
             }
             _ => {}
         }

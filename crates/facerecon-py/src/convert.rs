@@ -98,7 +98,9 @@ pub(crate) fn photo((color, grey): &PhotoIn<'_>) -> PyResult<Photo> {
         Some(grey) => {
             let grey = gray(grey)?;
             if grey.size() != photo.rgb.size() {
-                return Err(PyValueError::new_err("the colour and grey images of a photo have different sizes"));
+                return Err(PyValueError::new_err(
+                    "the colour and grey images of a photo have different sizes",
+                ));
             }
             Ok(Photo { gray: grey, ..photo })
         }

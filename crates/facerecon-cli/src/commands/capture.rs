@@ -39,7 +39,9 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
     let file = folder.join("capture.toml");
     if file.exists() {
         let path = file.display();
-        return Err(Failure::usage(format!("{path} exists already and is not overwritten; choose another folder")));
+        return Err(Failure::usage(format!(
+            "{path} exists already and is not overwritten; choose another folder"
+        )));
     }
     atomic::write(&file, new_capture_toml().as_bytes()).map_err(|e: IoError| e)?;
     terminal.message(format!(

@@ -6,8 +6,8 @@ use facerecon_core::render::Frame;
 use facerecon_core::{io, output, synthetic::demo as core_demo};
 use serde_json::json;
 
-use super::shared::{reconstruction_params, require_folder_path, to_json};
 use super::reconstruct;
+use super::shared::{reconstruction_params, require_folder_path, to_json};
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;

@@ -12,7 +12,8 @@ use crate::output::Terminal;
 
 /// Prints facts about a file as JSON.
 pub(super) fn info(file: &Path, terminal: &Terminal) -> Result<(), Failure> {
-    let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let extension =
+        file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let facts = if file.is_dir() || extension == "toml" {
         capture(file)?
     } else {

@@ -38,7 +38,8 @@ impl Pose {
         };
         let pose: Self = serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
         if !(pose.template_scale > 0.0 && pose.template_scale.is_finite()) {
-            let reason = format!("template_scale is {}, not a positive number", pose.template_scale);
+            let reason =
+                format!("template_scale is {}, not a positive number", pose.template_scale);
             return Err(malformed(reason).into());
         }
         Ok(pose)

@@ -25,7 +25,9 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
     let distances = match (&args.against, mode) {
         (Some(other), _) => Some(distances_to(&loaded.mesh, &io::read_mesh(other)?.mesh)),
         (None, Mode::Heat) => {
-            return Err(Failure::usage("--mode heat needs --against MESH, the mesh to measure distances to"));
+            return Err(Failure::usage(
+                "--mode heat needs --against MESH, the mesh to measure distances to",
+            ));
         }
         (None, _) => None,
     };

@@ -50,7 +50,8 @@ pub(super) fn require_folder_path(folder: &Path) -> Result<(), Failure> {
     let file = folder.ancestors().find(|p| p.exists()).filter(|p| !p.is_dir());
     match file {
         Some(file) => {
-            let source = std::io::Error::other("a file with this name exists, but a folder is expected");
+            let source =
+                std::io::Error::other("a file with this name exists, but a folder is expected");
             Err(IoError::Write { path: file.to_owned(), source }.into())
         }
         None => Ok(()),
@@ -61,7 +62,10 @@ pub(super) fn require_folder_path(folder: &Path) -> Result<(), Failure> {
 pub(super) fn require_png_name(path: &Path) -> Result<(), Failure> {
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("png") => Ok(()),
-        _ => Err(Failure::usage(format!("{}: images can only be written as .png; use a name that ends in .png", path.display()))),
+        _ => Err(Failure::usage(format!(
+            "{}: images can only be written as .png; use a name that ends in .png",
+            path.display()
+        ))),
     }
 }
 

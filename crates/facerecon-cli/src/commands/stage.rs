@@ -110,13 +110,8 @@ pub(super) fn triangulate(args: &TriangulateArgs, terminal: &Terminal) -> Result
     let rows = io::table::read_matches(&args.matches)?;
     let pairs: Vec<_> = rows.iter().map(|r| (r.left, r.right)).collect();
     let progress = Progress::new(terminal);
-    let points = single_stage::triangulate_photo_pairs(
-        &loaded.capture,
-        &pairs,
-        &head,
-        &params,
-        &progress,
-    )?;
+    let points =
+        single_stage::triangulate_photo_pairs(&loaded.capture, &pairs, &head, &params, &progress)?;
     drop(progress);
     let frame = frame_comment(points.frame.is_metric());
     io::ply::write_cloud(&args.output, &points.cloud, frame)?;
