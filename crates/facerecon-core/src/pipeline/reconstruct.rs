@@ -10,7 +10,7 @@ use crate::observer::{Artifact, Observer};
 use crate::stages::check::{CheckParams, check};
 use crate::stages::correspond::Correspondence;
 use crate::stages::rectify::{Rectified, rectify};
-use crate::stages::refine::{RefineMethod, Refined, refine};
+use crate::stages::refine::{RefineMethod, Refined, match_remaining_dots, refine};
 use crate::stages::register::{RegisterInput, register};
 use crate::stages::smooth::smooth;
 use crate::stages::surface::SurfaceMethod;
@@ -114,7 +114,7 @@ fn measure_disparity(
     let (left, right) = (&rectified.left, &rectified.right);
     let mut refined =
         run.stage("refine", |o| refine(left, right, rig, &found.matches, &params.refine, o))?;
-    refined.add_lone_dots([&dots[0], &dots[1]], params.refine.lone_sigma_px);
+    match_remaining_dots(&mut refined, [&dots[0], &dots[1]], params.refine.lone_sigma_px);
     Ok((refined.matches.clone(), Some(refined)))
 }
 

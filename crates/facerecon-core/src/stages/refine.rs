@@ -1,47 +1,56 @@
-//! Refine: disparity measured by matching the patterned pictures themselves, at the dots and
-//! between them.
+//! Stage refine: disparity by image matching on the dotted pair, at the dots and between them.
 //!
-//! The matches of the correspondence stage only say where to begin. A window about each one is
-//! matched by least squares (Gruen 1985); a smooth surface (bicubic B-spline) is laid through them
-//! and then moved until the warped right picture explains the left one, pixel by pixel, with the
-//! noise measured by brightness and bending resisted as a stiff sheet would, less where the
-//! surface is creased. So no window flattens a nose, and every dot lends its strength to its
-//! neighbours. What cannot be measured stays a hole.
+//! The matches of the correspondence stage are the initial values.
+//! 1. A window around each match is fitted by least squares (Gruen 1985).
+//! 2. A bicubic B-spline of disparity is fitted to these matches.
+//! 3. Gauss-Newton steps move its control values until the warped right photo agrees with the left
+//!    one. Residuals are weighted by the noise at their brightness. A thin-plate energy resists
+//!    bending, less so where the surface is creased, so that noses are not flattened.
+//! 4. Pixels that cannot be measured reliably become holes.
 
 mod bending;
 mod binning;
 mod descent;
 mod image;
-mod lone;
-mod normal;
+mod initial;
+mod noise;
+mod normal_equations;
 mod photometry;
-mod prior;
+mod plane;
 mod quality;
-mod surface;
+mod refined;
+mod rows;
+mod samples;
+mod spline;
+mod stiffness;
 #[cfg(test)]
 mod tests;
+mod unmatched;
+mod update;
 mod window;
+
+pub use refined::Refined;
+pub use unmatched::match_remaining_dots;
 
 use crate::camera::RectifiedRig;
 use crate::data::{Gray, Match};
-use crate::math::median;
 use crate::observer::{Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
-use bending::Bending;
-use binning::{Binning, binned, moved};
-use descent::{Sheet, descend};
-use image::{RowSpline, shifted_down, smoothed};
-use photometry::Scene;
-use prior::Sample;
+use binning::Binning;
+use descent::descend;
+use image::{RowSpline, smoothed};
+use photometry::PhotometricModel;
+use samples::Sample;
+use stiffness::{Stiffness, depth_ratio};
 
 choices! {
     /// How disparity is measured.
     pub enum RefineMethod {
-        /// As the dots' positions say.
+        /// By the positions of the dots only.
         None = "none",
-        /// By matching the patterned photos themselves, at the dots and between them.
+        /// By image matching on the dotted pair, at the dots and between them.
         Photometric = "photometric",
     }
 }
@@ -51,70 +60,75 @@ settings! {
     pub struct RefineParams {
         /// How disparity is measured; `none` skips the stage.
         method: RefineMethod = RefineMethod::Photometric;
-        /// Distance between neighbouring dots or stripes; measured from the matches when left out.
+        /// Distance between neighbouring dots or stripes; estimated from the matches when left out.
         pitch_px: Option<f64> = None, range 3.0..=400.0, unit "px";
         /// Half width of the windows matched at the dots, in pitches.
         window: f64 = 0.85, range 0.4..=3.0;
-        /// Width of the surface's cells, in pitches.
+        /// Cell size of the disparity spline, in pitches.
         knot: f64 = 0.5, range 0.2..=2.0;
-        /// Stiffness of the surface: weight of its squared bending, in space, against the
-        /// photographs' residuals over their noise. Larger is smoother.
+        /// Stiffness of the surface: weight of its squared bending in space against the squared
+        /// residuals over their noise. Larger is smoother.
         stiffness: f64 = 22.0, range 0.0..=1e6;
-        /// Radius at which the surface counts as creased and bends more freely, as a share of the
-        /// measured region's size (root of its area).
+        /// Radius of curvature below which bending costs less (creases), as a share of the size of
+        /// the measured region (square root of its area).
         crease_radius: f64 = 0.15, range 0.001..=10.0;
-        /// Smoothing of both photographs before they are compared (against the bias that noise
-        /// brings to interpolation).
+        /// Gaussian smoothing of both photos before matching; reduces the bias that noise causes in
+        /// interpolation.
         smooth_px: f64 = 0.4, range 0.0..=3.0, unit "px";
-        /// Residuals beyond this many standard deviations lose their say (shine, eyelashes).
+        /// Residuals of many more standard deviations than this hardly count (specular highlights,
+        /// eyelashes): scale of the Geman-McClure weight.
         robust: f64 = 5.0, range 1.0..=20.0;
         /// Most Gauss-Newton steps.
         iterations: usize = 5, range 1.0..=50.0;
         /// Points with a larger standard deviation of the disparity become holes.
         max_sigma_px: f64 = 0.6, range 0.01..=10.0, unit "px";
-        /// Points whose neighbourhood's residuals exceed the expected noise this many times become
-        /// holes.
+        /// Points become holes where the local root mean square of the residuals is more than this
+        /// many times the expected noise.
         max_misfit: f64 = 2.5, range 1.0..=20.0;
-        /// Points become holes where less than this share of the pictures' slopes is common to both
-        /// (dark hair, deep shadow: noise only).
+        /// Points become holes where the slopes of both photos agree on less than this share of the
+        /// information (noise only: dark hair, deep shadow).
         min_agreement: f64 = 0.5, range 0.0..=1.0;
-        /// Dots that only one photo shows are placed in the other where the surface is measured to
-        /// this standard deviation; 0 leaves them out.
+        /// Dots detected in one photo only are matched through the surface where its standard
+        /// deviation is at most this; 0 leaves them out.
         lone_sigma_px: f64 = 0.15, range 0.0..=10.0, unit "px";
-        /// Points whose surface is turned further away from the cameras become holes.
+        /// Points become holes where the surface is tilted further away from the cameras.
         max_tilt_deg: f64 = 82.0, range 10.0..=89.0, unit "degrees";
     }
 }
 
-/// Most control values of the surface; cells grow where a picture would need more.
-const MAX_KNOTS: usize = 100_000;
+/// Most control values of the spline (about 40 MB of normal equations). Its cells grow where the
+/// photos would need more.
+const MAX_CONTROL_VALUES: usize = 100_000;
 
-/// Least number of matches to begin with.
-pub const MIN_MATCHES: usize = 12;
+/// Smallest number of matches to start from: three rows of four dots.
+const MIN_MATCHES: usize = 12;
+
+/// Smallest pitch that the matches may have, pixels.
+const MIN_PITCH_PX: f64 = 1.0;
 
 /// Why disparity could not be measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RefineError {
-    /// A parameter out of its range.
+    /// A parameter is out of its range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Pictures of different sizes.
+    /// The photos have different sizes.
     #[error(
-        "the rectified pictures differ in size: left {left_width}x{left_height}, right {right_width}x{right_height}; rectify both onto one canvas"
+        "the rectified photos differ in size: left {left_width}x{left_height}, right {right_width}x{right_height}; rectify both to the same size"
     )]
     SizeMismatch {
-        /// Width of the left picture.
+        /// Width of the left photo.
         left_width: usize,
-        /// Height of the left picture.
+        /// Height of the left photo.
         left_height: usize,
-        /// Width of the right picture.
+        /// Width of the right photo.
         right_width: usize,
-        /// Height of the right picture.
+        /// Height of the right photo.
         right_height: usize,
     },
-    /// Too little to begin with.
+    /// Too few matches to start from.
     #[error(
-        "{got} matches agree with their neighbours, but image matching needs {needed} to begin; check the pattern's size in the capture, the focus and the contrast of the dots"
+        "{got} matches agree with their neighbours (at least {needed} expected); check the pattern's size in the capture, the focus and the contrast of the dots"
     )]
     TooFewMatches {
         /// Usable matches.
@@ -122,44 +136,60 @@ pub enum RefineError {
         /// Matches needed.
         needed: usize,
     },
-    /// Nothing but holes.
+    /// Every pixel is a hole.
     #[error(
-        "the photographs could be matched at none of {pixels} pixels: their brightness is unlike or carries no pattern; check that left and right belong together"
+        "the disparity could be measured at none of {pixels} pixels: the photos show different brightness or no pattern; check that left and right belong to one capture"
     )]
     NothingMeasured {
         /// Pixels tried.
         pixels: usize,
     },
-    /// Cancelled by the observer.
+    /// The observer cancelled the run.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
 
 crate::stage_error!(RefineError, "refine");
 
-/// What was measured.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Refined {
-    /// The matches with refined disparity (`right.x` moved) and its standard deviation, in the
-    /// order given; those that contradict all their neighbours are gone.
-    pub matches: Vec<Match>,
-    /// Disparity `xl - xr` at every pixel of the rectified left picture; NaN in holes.
-    pub disparity: Gray,
-    /// Its standard deviation, pixels; NaN in holes.
-    pub sigma_px: Gray,
-    /// Distance between neighbouring dots or stripes, pixels.
-    pub pitch_px: f64,
-    /// Matches dropped.
-    pub dropped: usize,
-    /// Root mean square of the residuals over their expected noise (about 1).
-    pub misfit: f64,
-}
-
-/// Refines matches and measures disparity between them, on a rectified patterned pair. `rig` says
-/// how deep a pixel of disparity is; without it a usual portrait rig is assumed.
+/// Refines matches and measures disparity between them.
+///
+/// `left` and `right` are the rectified dotted pair, grey levels 0 to 255, both of one size.
+/// `matches` are in rectified pixels; those outside the photos are removed. `rig` sets the scale of
+/// depth against disparity; without it cameras 15 cm apart and a face at 1.2 m are assumed.
 ///
 /// # Errors
-/// [`RefineError`]: sizes, parameters, too few matches, nothing measured, or cancelled.
+/// [`RefineError`] for parameters out of range, photos of different sizes, too few matches, photos
+/// that agree nowhere, or when cancelled.
+///
+/// ```
+/// use facerecon_core::data::{Gray, Match};
+/// use facerecon_core::math::Vec2;
+/// use facerecon_core::stages::refine::{RefineParams, refine};
+///
+/// // dots 9 px apart, everywhere at a disparity of 12 px
+/// let dots = |x: f64, y: f64| {
+///     let off = |v: f64| v - 9.0 * (v / 9.0).round();
+///     (40.0 + 150.0 * (-(off(x).powi(2) + off(y).powi(2)) / 6.0).exp()) as f32
+/// };
+/// let left = Gray::from_fn(120, 90, |x, y| dots(x as f64, y as f64));
+/// let right = Gray::from_fn(120, 90, |x, y| dots(x as f64 + 12.0, y as f64));
+/// // matches with an error of a quarter of a pixel
+/// let matches: Vec<Match> = (0..80)
+///     .map(|k| Vec2::new(f64::from(27 + 9 * (k % 10)), f64::from(9 + 9 * (k / 10))))
+///     .map(|left| Match {
+///         left,
+///         right: left - Vec2::new(11.75, 0.0),
+///         lattice: None,
+///         sigma_px: 0.0,
+///         score: 1.0,
+///     })
+///     .collect();
+///
+/// let refined = refine(&left, &right, None, &matches, &RefineParams::default(), &())?;
+/// assert!((refined.matches[0].disparity() - 12.0).abs() < 0.05);
+/// assert!((refined.disparity.at(60, 40) - 12.0).abs() < 0.05);
+/// # Ok::<(), facerecon_core::stages::refine::RefineError>(())
+/// ```
 pub fn refine(
     left: &Gray,
     right: &Gray,
@@ -169,153 +199,105 @@ pub fn refine(
     observer: &dyn Observer,
 ) -> Result<Refined, RefineError> {
     params.check("refine", None)?;
-    if left.size() != right.size() {
-        let ((left_width, left_height), (right_width, right_height)) = (left.size(), right.size());
-        return Err(RefineError::SizeMismatch {
-            left_width,
-            left_height,
-            right_width,
-            right_height,
-        });
+    require_equal_sizes(left, right)?;
+    let inside: Vec<Match> = matches.iter().copied().filter(|m| is_inside(m, left)).collect();
+    let samples: Vec<Sample> = inside.iter().map(Sample::new).collect();
+    let pitch_px = pitch_px(&samples, params)?;
+
+    let binning = Binning::for_pitch(pitch_px);
+    let pitch = pitch_px / binning.factor();
+    let working = |photo: &Gray| smoothed(&binning.reduce(photo), params.smooth_px);
+    let working_left = working(left);
+    let working_right = RowSpline::new(&working(&rows::levelled(right, &inside)));
+
+    let mut samples: Vec<Sample> = samples.iter().map(|s| binning.working_sample(s)).collect();
+    let half_width = params.window * pitch;
+    let reliable =
+        initial::measure_windows(&mut samples, &working_left, &working_right, pitch, half_width);
+    let reliable: Vec<Sample> = reliable.iter().map(|&i| samples[i]).collect();
+    if reliable.len() < MIN_MATCHES {
+        return Err(too_few(reliable.len()));
     }
-    let usable: Vec<Match> = matches.iter().copied().filter(|m| is_inside(m, left)).collect();
-    let too_few = |got| RefineError::TooFewMatches { got, needed: MIN_MATCHES };
-    let samples: Vec<Sample> = usable.iter().map(sample).collect();
-    let pitch_px = params
-        .pitch_px
-        .or_else(|| prior::pitch(&samples))
-        .filter(|p| p.is_finite() && *p >= 1.0 && usable.len() >= MIN_MATCHES)
-        .ok_or(too_few(usable.len()))?;
+    observer.check()?;
 
-    // Pictures much finer than the pattern are binned: the dots, not the pixels, set the detail.
-    let bin = ((pitch_px / 8.0) as usize).clamp(1, 8);
-    let grid = Binning { bin: bin as f64 };
-    let pitch = pitch_px / grid.bin;
-    let level = level_rows(right, &usable);
-    let small_left = smoothed(&binned(left, bin), params.smooth_px);
-    let small_right = RowSpline::new(&smoothed(&binned(&level, bin), params.smooth_px));
-
-    let mut samples: Vec<Sample> = samples.iter().map(|s| grid.shrink(s)).collect();
-    let kept = first_look(&mut samples, &small_left, &small_right, pitch, params);
-    let firm: Vec<Sample> = kept.iter().map(|&i| samples[i]).collect();
-    if firm.len() < MIN_MATCHES {
-        return Err(too_few(firm.len()));
-    }
-    stop(observer)?;
-
-    let (width, height) = small_left.size();
-    let domain = prior::domain(&firm, pitch, width, height);
+    let (width, height) = working_left.size();
+    let domain = initial::domain(&reliable, pitch, width, height);
     let pixels = domain.data().iter().filter(|p| **p).count();
-    let knot = (params.knot * pitch).max(((width * height) as f64 / MAX_KNOTS as f64).sqrt());
-    let mut surface =
-        prior::first_surface(&firm, &domain, pitch, knot).ok_or(too_few(firm.len()))?;
-    let scene = Scene {
-        left: small_left,
-        right: small_right,
+    let cell = cell_size(params.knot * pitch, width, height);
+    let mut spline = initial::spline(&reliable, &domain, pitch, cell)
+        .ok_or_else(|| too_few(reliable.len()))?;
+    let model = PhotometricModel::new(
+        working_left,
+        working_right,
         domain,
-        gain_sigma_px: 0.7 * pitch,
-        robust: params.robust,
-        independence: 1.0 / (4.0 * std::f64::consts::PI * params.smooth_px.powi(2)).max(1.0),
-    };
-    let sheet = Sheet {
-        relief: relief(rig, &usable),
-        bending: Bending::new(surface.knot),
-        stiffness: params.stiffness,
-        crease: 1.0 / (params.crease_radius * (pixels as f64).sqrt()),
-    };
-    let last = descend(&scene, &mut surface, &sheet, params, observer)?;
+        pitch,
+        params.smooth_px,
+        params.robust,
+    );
+    let stiffness = Stiffness::new(spline.cell, pixels, depth_ratio(rig, &inside), params);
+    let last = descend(&model, &mut spline, &stiffness, params.iterations, observer)?;
 
-    let limits = quality::Limits {
-        sigma_px: params.max_sigma_px / grid.bin,
-        misfit: params.max_misfit,
-        agreement: params.min_agreement,
-        tilt: params.max_tilt_deg.to_radians().tan() / sheet.relief,
-    };
-    let sigma = quality::sigma(&scene, &surface, &last, pitch, &limits);
-    let (disparity, sigma_px) = grid.enlarge(&surface, &sigma, left.size());
+    let limits = limits(params, binning, stiffness.depth_ratio);
+    let sigma = quality::sigma(&model, &spline, &last, pitch, &limits);
+    let (disparity, sigma_px) = binning.enlarge(&spline, &sigma, left.size());
     if !disparity.data().iter().any(|d| d.is_finite()) {
         return Err(RefineError::NothingMeasured { pixels });
     }
-    let matches = moved(&usable, &samples, &grid, &surface, &sigma, pitch, params.max_sigma_px);
-    let dropped = usable.len() - matches.len();
+    let matches = update::updated_matches(
+        &inside,
+        &samples,
+        binning,
+        &spline,
+        &sigma,
+        pitch,
+        params.max_sigma_px,
+    );
+    let dropped = inside.len() - matches.len();
     observer.event(&Event::Count { stage: "refine", what: "matches", count: matches.len() });
     observer.event(&Event::Count { stage: "refine", what: "matches dropped", count: dropped });
     Ok(Refined { matches, disparity, sigma_px, pitch_px, dropped, misfit: last.misfit })
 }
 
-fn stop(observer: &dyn Observer) -> Result<(), RefineError> {
-    observer.check()?;
-    Ok(())
+fn require_equal_sizes(left: &Gray, right: &Gray) -> Result<(), RefineError> {
+    if left.size() == right.size() {
+        return Ok(());
+    }
+    let ((left_width, left_height), (right_width, right_height)) = (left.size(), right.size());
+    Err(RefineError::SizeMismatch { left_width, left_height, right_width, right_height })
 }
 
+fn too_few(got: usize) -> RefineError {
+    RefineError::TooFewMatches { got, needed: MIN_MATCHES }
+}
+
+/// Whether both positions of a match lie inside the photos.
 fn is_inside(m: &Match, image: &Gray) -> bool {
     let (w, h) = (image.width() as f64, image.height() as f64);
     let inside = |x: f64, y: f64| x >= 0.0 && y >= 0.0 && x <= w - 1.0 && y <= h - 1.0;
     inside(m.left.x, m.left.y) && inside(m.right.x, m.right.y)
 }
 
-fn sample(m: &Match) -> Sample {
-    Sample { x: m.left.x, y: m.left.y, disparity: m.disparity() }
+/// The given or estimated pitch in given pixels.
+fn pitch_px(samples: &[Sample], params: &RefineParams) -> Result<f64, RefineError> {
+    params
+        .pitch_px
+        .or_else(|| samples::pitch(samples))
+        .filter(|p| p.is_finite() && *p >= MIN_PITCH_PX && samples.len() >= MIN_MATCHES)
+        .ok_or_else(|| too_few(samples.len()))
 }
 
-/// The right picture with its rows where the matches say the left one's are, when they differ
-/// smoothly by more than a few hundredths of a pixel.
-fn level_rows(right: &Gray, matches: &[Match]) -> Gray {
-    let centre = [right.width() as f64 / 2.0, right.height() as f64 / 2.0];
-    let size = centre[0].max(centre[1]).max(1.0);
-    let points: Vec<[f64; 4]> = matches
-        .iter()
-        .map(|m| {
-            let (u, v) = ((m.right.x - centre[0]) / size, (m.right.y - centre[1]) / size);
-            [u, v, m.right.y - m.left.y, 1.0]
-        })
-        .collect();
-    let Some((plane, _)) = prior::robust_plane(&points, 0.02) else {
-        return right.clone();
-    };
-    if plane.abs().sum() < 0.04 {
-        return right.clone();
-    }
-    shifted_down(right, |x, y| {
-        plane[0] + plane[1] * (x - centre[0]) / size + plane[2] * (y - centre[1]) / size
-    })
+/// Cell size of the spline, working pixels: the one asked for, or larger where the photos would
+/// need too many control values.
+fn cell_size(cell: f64, width: usize, height: usize) -> f64 {
+    cell.max(((width * height) as f64 / MAX_CONTROL_VALUES as f64).sqrt())
 }
 
-/// Matches a window at every sample that the pattern needs, writes what it measured into the
-/// sample, and returns those that agree with their neighbours.
-fn first_look(
-    samples: &mut [Sample],
-    left: &Gray,
-    right: &RowSpline,
-    pitch: f64,
-    params: &RefineParams,
-) -> Vec<usize> {
-    let chosen = prior::thinned(samples, pitch);
-    let mut working: Vec<Sample> = chosen.iter().map(|&i| samples[i]).collect();
-    // gross errors first: a window may not walk to a neighbouring dot
-    let sound = prior::consistent(&working, pitch);
-    let half = params.window * pitch;
-    let measured = window::match_windows(left, right, &working, half, 0.2 * pitch);
-    for (s, m) in working.iter_mut().zip(&measured) {
-        if let Some(m) = m.filter(|m| m.sigma_px < 0.05 * pitch) {
-            s.disparity = m.disparity;
-        }
+/// The limits of the parameters in working pixels.
+fn limits(params: &RefineParams, binning: Binning, depth_ratio: f64) -> quality::Limits {
+    quality::Limits {
+        sigma_px: params.max_sigma_px / binning.factor(),
+        misfit: params.max_misfit,
+        agreement: params.min_agreement,
+        slope: params.max_tilt_deg.to_radians().tan() / depth_ratio,
     }
-    let agree = prior::consistent(&working, pitch);
-    let mut kept = Vec::new();
-    for (k, &i) in chosen.iter().enumerate() {
-        samples[i] = working[k];
-        if sound[k] && agree[k] {
-            kept.push(i);
-        }
-    }
-    kept
-}
-
-/// Depth in pixels across per pixel of disparity, `Z / B`.
-fn relief(rig: Option<&RectifiedRig>, matches: &[Match]) -> f64 {
-    let disparities: Vec<f64> = matches.iter().map(Match::disparity).collect();
-    let depth = |r: &RectifiedRig| r.depth_mm(median(&disparities)?).map(|z| z / r.baseline_mm);
-    // cameras 15 cm apart, a face at 1.2 m
-    rig.and_then(depth).filter(|k| k.is_finite()).map_or(8.0, |k| k.clamp(1.0, 50.0))
 }

@@ -1,8 +1,14 @@
-//! Between the given pictures and the smaller ones that are matched where the pattern is coarse.
+//! The working photos: the given ones, reduced where they are much finer than the pattern.
 
-use super::prior::Sample;
-use super::surface::Surface;
-use crate::data::{Gray, Match, Raster};
+use super::samples::Sample;
+use super::spline::Spline;
+use crate::data::{Gray, Raster};
+
+/// Pitch of the pattern that the working photos keep at least, pixels. The dots limit the detail,
+/// not the pixels.
+const WORKING_PITCH_PX: f64 = 8.0;
+/// Largest reduction.
+const MAX_FACTOR: usize = 8;
 
 /// Means of `bin` x `bin` blocks; pixels that are not finite count as black.
 pub(super) fn binned(image: &Gray, bin: usize) -> Gray {
@@ -19,83 +25,72 @@ pub(super) fn binned(image: &Gray, bin: usize) -> Gray {
     })
 }
 
-/// The working pictures' pixels and the given ones.
+/// Coordinates of the given and of the working photos.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Binning {
     /// Given pixels per working pixel.
-    pub(super) bin: f64,
+    factor: f64,
 }
 
 impl Binning {
+    /// The reduction for a pattern of this pitch in given pixels.
+    pub(super) fn for_pitch(pitch_px: f64) -> Self {
+        let factor = ((pitch_px / WORKING_PITCH_PX) as usize).clamp(1, MAX_FACTOR);
+        Self { factor: factor as f64 }
+    }
+
+    /// Given pixels per working pixel.
+    pub(super) fn factor(self) -> f64 {
+        self.factor
+    }
+
+    /// The working photo of a given one.
+    pub(super) fn reduce(self, image: &Gray) -> Gray {
+        binned(image, self.factor as usize)
+    }
+
     /// A coordinate in working pixels.
-    fn place(&self, v: f64) -> f64 {
-        (v - 0.5 * (self.bin - 1.0)) / self.bin
+    fn to_working(self, v: f64) -> f64 {
+        (v - 0.5 * (self.factor - 1.0)) / self.factor
     }
 
     /// A sample in working pixels.
-    pub(super) fn shrink(&self, s: &Sample) -> Sample {
-        Sample { x: self.place(s.x), y: self.place(s.y), disparity: s.disparity / self.bin }
+    pub(super) fn working_sample(self, s: &Sample) -> Sample {
+        Sample {
+            x: self.to_working(s.x),
+            y: self.to_working(s.y),
+            disparity: s.disparity / self.factor,
+        }
     }
 
-    /// Standard deviation in the pixel nearest to a given picture's place; NaN outside.
-    fn sigma_at(&self, sigma: &Gray, x: f64, y: f64) -> f32 {
-        sigma
-            .get(self.place(x).round() as isize, self.place(y).round() as isize)
-            .map_or(f32::NAN, |s| s * self.bin as f32)
+    /// Standard deviation, given pixels, at the working pixel nearest to a given position; NaN
+    /// outside.
+    pub(super) fn sigma_at(self, working_sigma: &Gray, x: f64, y: f64) -> f32 {
+        working_sigma
+            .get(self.to_working(x).round() as isize, self.to_working(y).round() as isize)
+            .map_or(f32::NAN, |s| s * self.factor as f32)
     }
 
-    /// Disparity and standard deviation at the given pictures' pixels.
+    /// Disparity and standard deviation at the pixels of the given photos.
     pub(super) fn enlarge(
-        &self,
-        surface: &Surface,
-        sigma: &Gray,
+        self,
+        spline: &Spline,
+        working_sigma: &Gray,
         size: (usize, usize),
     ) -> (Gray, Gray) {
-        let sigma =
-            Raster::from_fn(size.0, size.1, |x, y| self.sigma_at(sigma, x as f64, y as f64));
-        let holes = sigma.map(|s| s.is_finite());
-        let stretched = Surface {
-            origin: surface.origin.map(|o| self.bin * o + 0.5 * (self.bin - 1.0)),
-            knot: self.bin * surface.knot,
-            columns: surface.columns,
-            rows: surface.rows,
-            control: surface.control.iter().map(|d| self.bin * d).collect(),
+        let sigma = Raster::from_fn(size.0, size.1, |x, y| {
+            self.sigma_at(working_sigma, x as f64, y as f64)
+        });
+        let measured = sigma.map(|s| s.is_finite());
+        let enlarged = Spline {
+            origin: spline.origin.map(|o| self.factor * o + 0.5 * (self.factor - 1.0)),
+            cell: self.factor * spline.cell,
+            columns: spline.columns,
+            rows: spline.rows,
+            control: spline.control.iter().map(|d| self.factor * d).collect(),
         };
-        (stretched.sampled(&holes).0.map(|d| d as f32), sigma)
+        (enlarged.sampled(&measured).0.map(|d| d as f32), sigma)
     }
-}
-
-/// The matches with the surface's disparity where it was measured near theirs; else with their
-/// own (and the largest standard deviation that is no hole), unless the surface contradicts it by
-/// a large part of the pitch. A match with no place in the lattice was only guessed from its
-/// neighbours: it must lie on the surface.
-pub(super) fn moved(
-    matches: &[Match],
-    samples: &[Sample],
-    grid: &Binning,
-    surface: &Surface,
-    sigma: &Gray,
-    pitch: f64,
-    max_sigma_px: f64,
-) -> Vec<Match> {
-    let mut out = Vec::with_capacity(matches.len());
-    for (m, s) in matches.iter().zip(samples) {
-        let mut m = *m;
-        let sigma_px = f64::from(grid.sigma_at(sigma, m.left.x, m.left.y));
-        let disparity = surface.value(s.x, s.y);
-        let away = (disparity - s.disparity).abs();
-        if sigma_px.is_finite() && away > 0.4 * pitch {
-            continue;
-        }
-        let on_surface = sigma_px.is_finite() && away < 0.15 * pitch;
-        if !on_surface && m.lattice.is_none() {
-            continue;
-        }
-        m.right.x = m.left.x - grid.bin * if on_surface { disparity } else { s.disparity };
-        m.sigma_px = if on_surface { sigma_px } else { max_sigma_px };
-        out.push(m);
-    }
-    out
 }
 
 #[cfg(test)]
@@ -103,24 +98,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_average_and_places_agree() {
+    fn blocks_are_averaged_and_coordinates_agree() {
         let small = binned(&Gray::from_fn(5, 4, |x, _| x as f32), 2);
         assert_eq!((small.size(), small.at(1, 1)), ((2, 2), 2.5));
-        // the middle of the second bin lies between pixels 2 and 3
-        let s = Binning { bin: 2.0 }.shrink(&Sample { x: 2.5, y: 0.5, disparity: 3.0 });
+        // the centre of the second block lies between pixels 2 and 3
+        let binning = Binning { factor: 2.0 };
+        let s = binning.working_sample(&Sample { x: 2.5, y: 0.5, disparity: 3.0 });
         assert_eq!((s.x, s.y, s.disparity), (1.0, 0.0, 1.5));
     }
 
     #[test]
     fn an_enlarged_surface_keeps_its_shape() {
         let domain = Raster::filled(20, 20, true);
-        let mut surface = Surface::over(&domain, 4.0).unwrap();
-        for k in 0..surface.control.len() {
-            surface.control[k] = 3.0 + 0.1 * surface.node(k % surface.columns, 0)[0];
+        let mut spline = Spline::over(&domain, 4.0).unwrap();
+        for k in 0..spline.control.len() {
+            spline.control[k] = 3.0 + 0.1 * spline.node(k % spline.columns, 0)[0];
         }
-        let grid = Binning { bin: 3.0 };
+        let binning = Binning { factor: 3.0 };
         let sigma = Gray::filled(20, 20, 0.1);
-        let (disparity, sigma) = grid.enlarge(&surface, &sigma, (60, 60));
+        let (disparity, sigma) = binning.enlarge(&spline, &sigma, (60, 60));
         // disparity 3 * (3 + 0.1 * (x - 1) / 3)
         assert!((disparity.at(31, 40) - 12.0).abs() < 1e-5);
         assert!((sigma.at(31, 40) - 0.3).abs() < 1e-6);

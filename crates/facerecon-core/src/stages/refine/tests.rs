@@ -2,13 +2,13 @@
 
 use std::cell::Cell;
 
+use super::image::shifted_down;
 use super::*;
-use crate::math::{Vec2, percentile};
-use crate::observer::Cancelled;
+use crate::math::{Vec2, median, percentile};
 
 const SIZE: (usize, usize) = (200, 160);
 
-/// Gaussian dots on a dim ground, as the left camera sees them.
+/// Gaussian dots on a dark background, as the left camera sees them.
 fn pattern(x: f64, y: f64, pitch: f64) -> f64 {
     let off = |v: f64| v - (v / pitch).round() * pitch;
     let r2 = off(x).powi(2) + off(y).powi(2);
@@ -37,8 +37,8 @@ struct Pair {
     matches: Vec<Match>,
 }
 
-/// A pair under `disparity(x, y)` of the left picture, with camera noise, unlike exposure, and
-/// matches off by up to `0.3 px`, every 31st missing.
+/// A pair with `disparity(x, y)` at left pixels, camera noise, different exposures, and matches with
+/// errors of up to 0.3 px, every 31st missing.
 fn pair(pitch: f64, amplitude: f64, disparity: impl Fn(f64, f64) -> f64) -> Pair {
     let (w, h) = SIZE;
     let mut random = noise(7);
@@ -73,7 +73,7 @@ fn run(p: &Pair, params: &RefineParams) -> Result<Refined, RefineError> {
     refine(&p.left, &p.right, None, &p.matches, params, &())
 }
 
-/// Median and 99th percentile of the error, and how many pixels of the middle were measured.
+/// Median and 99th percentile of the error, and the share of the central pixels that was measured.
 fn errors(r: &Refined, truth: impl Fn(f64, f64) -> f64) -> (f64, f64, f64) {
     let mut e = Vec::new();
     let mut all = 0;
@@ -91,7 +91,7 @@ fn errors(r: &Refined, truth: impl Fn(f64, f64) -> f64) -> (f64, f64, f64) {
 }
 
 #[test]
-fn a_ramp_and_a_bowl_are_measured_to_hundredths() {
+fn a_ramp_and_a_bowl_are_measured_to_hundredths_of_a_pixel() {
     let ramp = |x: f64, y: f64| 14.0 + 0.04 * x - 0.03 * y;
     let bowl = |x: f64, y: f64| 20.0 - ((x - 110.0).powi(2) + (y - 80.0).powi(2)) / 900.0;
     for (pitch, limit) in [(9.0, 0.012), (7.0, 0.012), (19.0, 0.02)] {
@@ -108,7 +108,7 @@ fn a_ramp_and_a_bowl_are_measured_to_hundredths() {
 }
 
 #[test]
-fn matches_come_back_refined_and_wrong_ones_go() {
+fn matches_are_refined_and_wrong_ones_removed() {
     let truth = |x: f64, y: f64| 15.0 + 2.0 * (0.05 * x).sin() + 0.01 * y;
     let mut p = pair(9.0, 2.0, truth);
     let wrong = p.matches.len() / 2;
@@ -127,10 +127,10 @@ fn matches_come_back_refined_and_wrong_ones_go() {
 }
 
 #[test]
-fn pictures_without_pattern_stay_holes() {
+fn regions_without_pattern_stay_holes() {
     let truth = |x: f64, _: f64| 12.0 + 0.02 * x;
     let mut p = pair(9.0, 1.0, truth);
-    // a dark patch (hair) in the middle of both pictures
+    // a dark region (hair) in the middle of both photos
     for y in 60..100 {
         for x in 90..140 {
             p.left.set(x, y, 10.0);
@@ -144,7 +144,7 @@ fn pictures_without_pattern_stay_holes() {
 }
 
 #[test]
-fn rows_out_of_line_are_found_from_the_matches() {
+fn row_offsets_are_corrected_from_the_matches() {
     let truth = |x: f64, y: f64| 14.0 + 0.02 * x - 0.01 * y;
     let mut p = pair(9.0, 1.0, truth);
     p.right = shifted_down(&p.right, |_, _| -0.3);
@@ -154,7 +154,7 @@ fn rows_out_of_line_are_found_from_the_matches() {
 }
 
 #[test]
-fn the_same_bytes_for_any_number_of_threads() {
+fn the_result_does_not_depend_on_the_number_of_threads() {
     let p = pair(9.0, 2.0, |x, y| 14.0 + 0.02 * x + 0.5 * (0.1 * y).sin());
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -166,7 +166,7 @@ fn the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn bad_input_is_refused_in_words() {
+fn bad_input_is_refused_with_a_message() {
     let p = pair(9.0, 1.0, |_, _| 10.0);
     let params = RefineParams::default();
     let small = Gray::filled(10, 10, 0.0);
@@ -179,7 +179,7 @@ fn bad_input_is_refused_in_words() {
     let blank = Gray::filled(200, 160, 80.0);
     let e = refine(&blank, &blank, None, &p.matches, &params, &()).unwrap_err();
     assert!(matches!(e, RefineError::NothingMeasured { .. }), "{e}");
-    // nothing at all, and not a number
+    // empty photos, and values that are not numbers
     let none = Gray::filled(0, 0, 0.0);
     assert!(refine(&none, &none, None, &p.matches, &params, &()).is_err());
     let mut odd = p.matches.clone();
@@ -187,7 +187,20 @@ fn bad_input_is_refused_in_words() {
     assert!(refine(&p.left, &p.right, None, &odd, &params, &()).is_err());
     let nan = Gray::filled(200, 160, f32::NAN);
     assert!(refine(&nan, &p.right, None, &p.matches, &params, &()).is_err());
+    // photos of a few columns, with a column of matches
+    for width in 3..8 {
+        let narrow = Gray::from_fn(width, 300, |_, y| 100.0 + 50.0 * (y as f32).sin());
+        let column: Vec<Match> = (0..30)
+            .map(|k| Vec2::new(width as f64 - 1.0, 10.0 * f64::from(k)))
+            .map(|left| Match { left, right: left - Vec2::new(1.0, 0.0), ..p.matches[0] })
+            .collect();
+        let _ = refine(&narrow, &narrow, None, &column, &params, &());
+    }
+}
 
+#[test]
+fn an_observer_can_cancel_the_descent() {
+    let p = pair(9.0, 1.0, |_, _| 10.0);
     struct Stops(Cell<u32>);
     impl Observer for Stops {
         fn cancelled(&self) -> bool {
@@ -196,6 +209,6 @@ fn bad_input_is_refused_in_words() {
         }
     }
     let stops = Stops(Cell::new(0));
-    let e = refine(&p.left, &p.right, None, &p.matches, &params, &stops).unwrap_err();
+    let e = refine(&p.left, &p.right, None, &p.matches, &RefineParams::default(), &stops).unwrap_err();
     assert_eq!(e, RefineError::Cancelled(Cancelled));
 }

@@ -4,55 +4,115 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::image::RowSpline;
-use super::prior::Sample;
+use super::samples::Sample;
 use crate::data::Gray;
 
-/// What a window measured.
+/// Standard deviation of the window's Gaussian weights, as a share of its half width.
+const WEIGHT_SIGMA: f64 = 0.6;
+/// Most Gauss-Newton steps.
+const MAX_STEPS: usize = 12;
+/// Longest step of the disparity, pixels: the linearisation holds for about a pixel.
+const MAX_STEP_PX: f64 = 1.0;
+/// Longest step of the disparity's slopes, pixels per pixel.
+const MAX_SLOPE_STEP: f64 = 0.3;
+/// Steps of the disparity shorter than this end the fit, pixels: a tenth of its noise or less.
+const CONVERGED_PX: f64 = 1e-3;
+/// Plausible gain of the left photo over the right; beyond this the window has no pattern.
+const GAIN: std::ops::Range<f64> = 0.2..5.0;
+
+/// Disparity measured by one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measured {
+pub(super) struct WindowFit {
     /// Disparity at the sample's position, pixels.
     pub(super) disparity: f64,
     /// Its standard deviation from the fit's covariance, pixels.
     pub(super) sigma_px: f64,
 }
 
-/// Matches a window of `half` pixels about every sample; `None` where the fit does not settle
-/// within `reach` pixels of where it began.
+/// Matches a window of `half_width` pixels around every sample. `None` where the fit does not
+/// converge within `max_shift` pixels of the sample's disparity.
 pub(super) fn match_windows(
     left: &Gray,
     right: &RowSpline,
     samples: &[Sample],
-    half: f64,
-    reach: f64,
-) -> Vec<Option<Measured>> {
-    samples.par_iter().map(|s| match_window(left, right, s, half, reach)).collect()
+    half_width: f64,
+    max_shift: f64,
+) -> Vec<Option<WindowFit>> {
+    samples.par_iter().map(|s| match_window(left, right, s, half_width, max_shift)).collect()
 }
 
 fn match_window(
     left: &Gray,
     right: &RowSpline,
     sample: &Sample,
-    half: f64,
-    reach: f64,
-) -> Option<Measured> {
+    half_width: f64,
+    max_shift: f64,
+) -> Option<WindowFit> {
     let (width, height) = left.size();
-    let inside = sample.x - half >= 0.0
-        && sample.y - half >= 0.0
-        && sample.x + half <= width as f64 - 1.0
-        && sample.y + half <= height as f64 - 1.0;
+    let inside = sample.x - half_width >= 0.0
+        && sample.y - half_width >= 0.0
+        && sample.x + half_width <= width as f64 - 1.0
+        && sample.y + half_width <= height as f64 - 1.0;
     if !inside {
         return None;
     }
-    let columns = (sample.x - half).ceil() as usize..=(sample.x + half) as usize;
-    let rows = (sample.y - half).ceil() as usize..=(sample.y + half) as usize;
-    let spread = 2.0 * (0.6 * half).powi(2);
-    // disparity and its slopes across and down; gain and offset of the right window
+    // disparity, its slopes across and down, gain and offset of the right window
     let mut p = SVector::<f64, 5>::new(sample.disparity, 0.0, 0.0, 1.0, 0.0);
-    for _ in 0..12 {
-        let mut normal = SMatrix::<f64, 5, 5>::zeros();
-        let mut drive = SVector::<f64, 5>::zeros();
-        let (mut squares, mut weights, mut weights2) = (0.0, 0.0, 0.0);
-        for y in rows.clone() {
+    for _ in 0..MAX_STEPS {
+        let sums = Sums::new(left, right, sample, half_width, &p)?;
+        let inverse = sums.normal.cholesky()?.inverse();
+        let step = inverse * sums.right_side;
+        p += SVector::<f64, 5>::new(
+            step[0].clamp(-MAX_STEP_PX, MAX_STEP_PX),
+            step[1].clamp(-MAX_SLOPE_STEP, MAX_SLOPE_STEP),
+            step[2].clamp(-MAX_SLOPE_STEP, MAX_SLOPE_STEP),
+            step[3],
+            step[4],
+        );
+        if (p[0] - sample.disparity).abs() > max_shift || !GAIN.contains(&p[3]) {
+            return None;
+        }
+        if step[0].abs() < CONVERGED_PX {
+            // The weights are not inverse variances: to first order, the variance of a weighted
+            // mean has the factor sum(w^2) / sum(w).
+            let variance =
+                sums.squares / sums.weights * inverse[(0, 0)] * sums.squared_weights / sums.weights;
+            return Some(WindowFit { disparity: p[0], sigma_px: variance.sqrt() });
+        }
+    }
+    None
+}
+
+/// The normal equations of one Gauss-Newton step.
+struct Sums {
+    normal: SMatrix<f64, 5, 5>,
+    right_side: SVector<f64, 5>,
+    /// Weighted sum of the squared residuals, grey levels squared.
+    squares: f64,
+    weights: f64,
+    squared_weights: f64,
+}
+
+impl Sums {
+    /// Sums over the window about the parameters `p`; `None` where it leaves the right photo.
+    fn new(
+        left: &Gray,
+        right: &RowSpline,
+        sample: &Sample,
+        half_width: f64,
+        p: &SVector<f64, 5>,
+    ) -> Option<Self> {
+        let columns = (sample.x - half_width).ceil() as usize..=(sample.x + half_width) as usize;
+        let rows = (sample.y - half_width).ceil() as usize..=(sample.y + half_width) as usize;
+        let spread = 2.0 * (WEIGHT_SIGMA * half_width).powi(2);
+        let mut sums = Self {
+            normal: SMatrix::zeros(),
+            right_side: SVector::zeros(),
+            squares: 0.0,
+            weights: 0.0,
+            squared_weights: 0.0,
+        };
+        for y in rows {
             for x in columns.clone() {
                 let (dx, dy) = (x as f64 - sample.x, y as f64 - sample.y);
                 let d = p[0] + p[1] * dx + p[2] * dy;
@@ -62,30 +122,13 @@ fn match_window(
                 let j = -p[3] * slope;
                 let row = SVector::<f64, 5>::new(j, j * dx, j * dy, value, 1.0);
                 let w = (-(dx * dx + dy * dy) / spread).exp();
-                normal += row * row.transpose() * w;
-                drive += row * (w * r);
-                squares += w * r * r;
-                weights += w;
-                weights2 += w * w;
+                sums.normal += row * row.transpose() * w;
+                sums.right_side += row * (w * r);
+                sums.squares += w * r * r;
+                sums.weights += w;
+                sums.squared_weights += w * w;
             }
         }
-        let inverse = normal.cholesky()?.inverse();
-        let step = inverse * drive;
-        p += SVector::<f64, 5>::new(
-            step[0].clamp(-1.0, 1.0),
-            step[1].clamp(-0.3, 0.3),
-            step[2].clamp(-0.3, 0.3),
-            step[3],
-            step[4],
-        );
-        if (p[0] - sample.disparity).abs() > reach || !(0.2..5.0).contains(&p[3]) {
-            return None;
-        }
-        if step[0].abs() < 1e-3 {
-            // weights are no noise model here: the sandwich of a weighted mean, to first order
-            let variance = squares / weights * inverse[(0, 0)] * weights2 / weights;
-            return Some(Measured { disparity: p[0], sigma_px: variance.sqrt() });
-        }
+        Some(sums)
     }
-    None
 }

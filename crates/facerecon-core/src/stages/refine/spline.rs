@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::data::{Gray, Raster};
 
-/// The four cubic B-spline weights at `t` (0 to 1) of a cell.
+/// The four cubic B-spline weights at the position `t` (0 to 1) in a cell.
 pub(super) fn weights(t: f64) -> [f64; 4] {
     let u = 1.0 - t;
     [
@@ -26,13 +26,13 @@ pub(super) fn weights_bend(t: f64) -> [f64; 4] {
     [1.0 - t, 3.0 * t - 2.0, 1.0 - 3.0 * t, t]
 }
 
-/// A disparity surface; cell `(i, j)` is shaped by the control values `i..i+4`, `j..j+4`.
+/// A disparity surface. Cell `(i, j)` depends on the control values `i..i+4`, `j..j+4`.
 #[derive(Clone, Debug)]
-pub(super) struct Surface {
-    /// Where cell (0, 0) begins, pixels.
+pub(super) struct Spline {
+    /// Top left corner of cell (0, 0), pixels.
     pub(super) origin: [f64; 2],
     /// Width of a cell, pixels.
-    pub(super) knot: f64,
+    pub(super) cell: f64,
     /// Control values across.
     pub(super) columns: usize,
     /// Control values down.
@@ -41,9 +41,10 @@ pub(super) struct Surface {
     pub(super) control: Vec<f64>,
 }
 
-impl Surface {
-    /// A flat surface over the set pixels; `None` when there are none.
-    pub(super) fn over(domain: &Raster<bool>, knot: f64) -> Option<Self> {
+impl Spline {
+    /// A surface of disparity 0 over the set pixels, with cells of `cell` pixels; `None` when no
+    /// pixel is set.
+    pub(super) fn over(domain: &Raster<bool>, cell: f64) -> Option<Self> {
         let set = |y: usize| domain.row(y).iter().any(|&p| p);
         let top = (0..domain.height()).find(|&y| set(y))?;
         let bottom = (0..domain.height()).rfind(|&y| set(y))?;
@@ -52,35 +53,35 @@ impl Surface {
             first = first.min(domain.row(y).iter().position(|&p| p).unwrap_or(first));
             last = last.max(domain.row(y).iter().rposition(|&p| p).unwrap_or(last));
         }
-        let cells = |length: usize| (length as f64 / knot) as usize + 1;
+        let cells = |length: usize| (length as f64 / cell) as usize + 1;
         let (columns, rows) = (cells(last - first) + 3, cells(bottom - top) + 3);
         let origin = [first as f64, top as f64];
-        Some(Self { origin, knot, columns, rows, control: vec![0.0; columns * rows] })
+        Some(Self { origin, cell, columns, rows, control: vec![0.0; columns * rows] })
     }
 
-    /// Where the control value `(i, j)` has its centre, pixels.
+    /// Position of the control value `(i, j)`, pixels.
     pub(super) fn node(&self, i: usize, j: usize) -> [f64; 2] {
         [
-            self.origin[0] + (i as f64 - 1.0) * self.knot,
-            self.origin[1] + (j as f64 - 1.0) * self.knot,
+            self.origin[0] + (i as f64 - 1.0) * self.cell,
+            self.origin[1] + (j as f64 - 1.0) * self.cell,
         ]
     }
 
-    /// Cell column of `x` and the place in it; places outside use the nearest cell.
+    /// Cell column of `x` and the position in it; positions outside use the nearest cell.
     #[inline]
-    pub(super) fn across(&self, x: f64) -> (usize, f64) {
-        place((x - self.origin[0]) / self.knot, self.columns - 4)
+    pub(super) fn cell_column(&self, x: f64) -> (usize, f64) {
+        locate((x - self.origin[0]) / self.cell, self.columns - 4)
     }
 
-    /// Cell row of `y` and the place in it.
+    /// Cell row of `y` and the position in it; positions outside use the nearest cell.
     #[inline]
-    pub(super) fn down(&self, y: f64) -> (usize, f64) {
-        place((y - self.origin[1]) / self.knot, self.rows - 4)
+    pub(super) fn cell_row(&self, y: f64) -> (usize, f64) {
+        locate((y - self.origin[1]) / self.cell, self.rows - 4)
     }
 
-    /// Disparity at a place.
+    /// Disparity at a position.
     pub(super) fn value(&self, x: f64, y: f64) -> f64 {
-        let ((i, s), (j, t)) = (self.across(x), self.down(y));
+        let ((i, s), (j, t)) = (self.cell_column(x), self.cell_row(y));
         let (wx, wy) = (weights(s), weights(t));
         let mut sum = 0.0;
         for e in 0..4 {
@@ -98,8 +99,8 @@ impl Surface {
         let mut slope = Raster::filled(width, height, f32::NAN);
         let table: Vec<_> = (0..width)
             .map(|x| {
-                let (i, s) = self.across(x as f64);
-                (i, weights(s), weights_slope(s).map(|w| w / self.knot))
+                let (i, s) = self.cell_column(x as f64);
+                (i, weights(s), weights_slope(s).map(|w| w / self.cell))
             })
             .collect();
         value
@@ -112,7 +113,7 @@ impl Surface {
                 if !mask.contains(&true) {
                     return;
                 }
-                let (j, t) = self.down(y as f64);
+                let (j, t) = self.cell_row(y as f64);
                 let wy = weights(t);
                 let row = |e: usize| &self.control[(j + e) * self.columns..][..self.columns];
                 let (a, b, c, d) = (row(0), row(1), row(2), row(3));
@@ -130,10 +131,11 @@ impl Surface {
     }
 }
 
+/// Cell of a position in units of cells, and the position in the cell (0 to 1).
 #[inline]
-fn place(cell: f64, last: usize) -> (usize, f64) {
-    let i = (cell.max(0.0) as usize).min(last);
-    (i, (cell - i as f64).clamp(0.0, 1.0))
+fn locate(position: f64, last: usize) -> (usize, f64) {
+    let i = (position.max(0.0) as usize).min(last);
+    (i, (position - i as f64).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]
@@ -143,19 +145,19 @@ mod tests {
     #[test]
     fn a_linear_control_net_is_a_plane() {
         let domain = Raster::from_fn(50, 40, |x, y| x > 5 && y > 3);
-        let mut surface = Surface::over(&domain, 4.3).unwrap();
+        let mut spline = Spline::over(&domain, 4.3).unwrap();
         let plane = |x: f64, y: f64| 3.0 + 0.2 * x - 0.1 * y;
-        for k in 0..surface.control.len() {
-            let [x, y] = surface.node(k % surface.columns, k / surface.columns);
-            surface.control[k] = plane(x, y);
+        for k in 0..spline.control.len() {
+            let [x, y] = spline.node(k % spline.columns, k / spline.columns);
+            spline.control[k] = plane(x, y);
         }
-        let (value, slope) = surface.sampled(&domain);
+        let (value, slope) = spline.sampled(&domain);
         for (x, y) in [(6, 4), (20, 30), (49, 39)] {
             assert!((value.at(x, y) - plane(x as f64, y as f64)).abs() < 1e-9);
-            assert!((surface.value(x as f64, y as f64) - value.at(x, y)).abs() < 1e-9);
+            assert!((spline.value(x as f64, y as f64) - value.at(x, y)).abs() < 1e-9);
             assert!((slope.at(x, y) - 0.2).abs() < 1e-6);
         }
         assert!(value.at(5, 20).is_nan());
-        assert!(Surface::over(&Raster::filled(5, 5, false), 2.0).is_none());
+        assert!(Spline::over(&Raster::filled(5, 5, false), 2.0).is_none());
     }
 }

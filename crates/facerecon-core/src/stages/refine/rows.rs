@@ -1,0 +1,33 @@
+//! Rows of the right photo, levelled with the matches.
+
+use super::image::shifted_down;
+use super::plane::robust_plane;
+use crate::data::{Gray, Match};
+
+/// Smallest scale of the row offsets' residuals, pixels: about the row error of a detected dot.
+const MIN_SCALE_PX: f64 = 0.02;
+/// Row offsets below this, summed over the plane's terms, are left as they are, pixels.
+const NEGLIGIBLE_PX: f64 = 0.04;
+
+/// The right photo with its rows moved to where the matches show those of the left one: a plane of
+/// row offsets is fitted to them. The photo is unchanged when the offsets are negligible.
+pub(super) fn levelled(right: &Gray, matches: &[Match]) -> Gray {
+    let centre = [right.width() as f64 / 2.0, right.height() as f64 / 2.0];
+    let size = centre[0].max(centre[1]).max(1.0);
+    let points: Vec<[f64; 4]> = matches
+        .iter()
+        .map(|m| {
+            let (u, v) = ((m.right.x - centre[0]) / size, (m.right.y - centre[1]) / size);
+            [u, v, m.right.y - m.left.y, 1.0]
+        })
+        .collect();
+    let Some((plane, _)) = robust_plane(&points, MIN_SCALE_PX) else {
+        return right.clone();
+    };
+    if plane.abs().sum() < NEGLIGIBLE_PX {
+        return right.clone();
+    }
+    shifted_down(right, |x, y| {
+        plane[0] + plane[1] * (x - centre[0]) / size + plane[2] * (y - centre[1]) / size
+    })
+}
