@@ -168,9 +168,9 @@ fn h_surface(bencher: Bencher<'_, '_>, width: usize) {
     let matches = &s.found.matches;
     let (left, right) = (&level.left, &level.right);
     let dense = refine(left, right, Some(rig), matches, &s.params.refine, &()).expect("a surface");
-    let place = |p, d| rig.point(p, d);
+    let unproject = |p, d| rig.point(p, d);
     let disparity = Some(&dense.disparity);
-    let input = SurfaceInput { disparity, matches, on_subject: &[], place: &place };
+    let input = SurfaceInput { disparity, matches, on_subject: &[], unproject: &unproject };
     bencher.bench_local(|| surface(&input, &s.params.surface, &()));
 }
 

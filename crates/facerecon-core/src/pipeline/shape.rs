@@ -76,7 +76,7 @@ fn mesh_surface(
         disparity: measured.dense.map(|d| &d.disparity),
         matches: measured.matches,
         on_subject,
-        place: &|p, d| match (measured.rig, &units) {
+        unproject: &|p, d| match (measured.rig, &units) {
             (Some(rig), _) => rig.point(p, d),
             (None, units) => units.as_ref()?.point(middle(p, d), d),
         },

@@ -1,15 +1,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::manifold::split_shared_nodes;
+use super::patch::Node;
 use super::*;
 use crate::camera::RectifiedRig;
 use crate::data::Topology;
 use crate::math::Mat3;
-use crate::observer::Cancelled;
 
 const SIZE: (usize, usize) = (320, 240);
 const PITCH: f64 = 8.0;
 
-/// Level cameras 150 mm apart.
+/// Parallel cameras 150 mm apart.
 fn rig() -> RectifiedRig {
     RectifiedRig {
         focal_px: 1000.0,
@@ -21,8 +22,8 @@ fn rig() -> RectifiedRig {
     }
 }
 
-/// Disparity of a ball of 100 mm with its middle 1000 mm away, where it is seen at less than about
-/// 70 degrees.
+/// Disparity of a ball of radius 100 mm with its centre at 1000 mm, where it is tilted by less than
+/// about 70 degrees.
 fn ball(x: f64, y: f64) -> Option<f64> {
     let (radius, middle) = (100.0, Vec3::new(0.0, 0.0, 1000.0));
     let ray = Vec3::new((x - 159.5) / 1000.0, (y - 119.5) / 1000.0, 1.0).normalize();
@@ -38,8 +39,8 @@ fn raster(value: impl Fn(f64, f64) -> Option<f64>) -> Gray {
 
 /// Dots on a square lattice, where there is a surface.
 fn dots(value: impl Fn(f64, f64) -> Option<f64>) -> Vec<Match> {
-    let places = (0..30).flat_map(|j| (0..40).map(move |i| (f64::from(i), f64::from(j))));
-    places
+    let cells = (0..30).flat_map(|j| (0..40).map(move |i| (f64::from(i), f64::from(j))));
+    cells
         .map(|(i, j)| Vec2::new(PITCH * i + 0.3 * j + 0.1, PITCH * j - 0.2 * i + 8.0))
         .filter_map(|left| {
             let right = left - Vec2::new(value(left.x, left.y)?, 0.0);
@@ -48,15 +49,15 @@ fn dots(value: impl Fn(f64, f64) -> Option<f64>) -> Vec<Match> {
         .collect()
 }
 
-fn made(disparity: Option<&Gray>, matches: &[Match], params: &SurfaceParams) -> Surface {
-    let place = |p: Vec2, d: f64| rig().point(p, d);
-    let input = SurfaceInput { disparity, matches, on_subject: &[], place: &place };
+fn built(disparity: Option<&Gray>, matches: &[Match], params: &SurfaceParams) -> Surface {
+    let unproject = |p: Vec2, d: f64| rig().point(p, d);
+    let input = SurfaceInput { disparity, matches, on_subject: &[], unproject: &unproject };
     surface(&input, params, &()).unwrap()
 }
 
 fn refused(disparity: Option<&Gray>, matches: &[Match], params: &SurfaceParams) -> SurfaceError {
-    let place = |p: Vec2, d: f64| rig().point(p, d);
-    let input = SurfaceInput { disparity, matches, on_subject: &[], place: &place };
+    let unproject = |p: Vec2, d: f64| rig().point(p, d);
+    let input = SurfaceInput { disparity, matches, on_subject: &[], unproject: &unproject };
     surface(&input, params, &()).unwrap_err()
 }
 
@@ -65,29 +66,29 @@ fn area(mesh: &Mesh) -> f64 {
     (0..mesh.faces.len()).map(|f| one(mesh.corners(f))).sum()
 }
 
-/// No edge of three faces, no node of two fans, every face turned to the camera, one area of the
-/// texture for each.
-fn sound(mesh: &Mesh) {
+/// Asserts: no edge has three faces, no vertex has two fans, every face is turned to the camera and
+/// has its own area of the texture.
+fn assert_sound(mesh: &Mesh) {
     mesh.validate().unwrap();
     assert_eq!(Topology::new(mesh).non_manifold_edges, 0);
     let mut directed = BTreeSet::new();
     let mut at_node: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
     for &[a, b, c] in &mesh.faces {
         for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
-            assert!(directed.insert((i, j)), "edge {i} {j} runs twice the same way");
+            assert!(directed.insert((i, j)), "edge {i} {j} has two faces of opposite orientation");
             at_node.entry(i).or_default().push((j, k));
         }
     }
     assert_eq!(at_node.len(), mesh.vertices.len(), "vertices without faces");
     for (node, spokes) in &at_node {
-        // one fan: at most one spoke begins that no other one ends in
+        // one fan: at most one spoke starts where no other one ends
         let ends: BTreeSet<u32> = spokes.iter().map(|s| s.1).collect();
-        let begins = spokes.iter().filter(|s| !ends.contains(&s.0)).count();
-        assert!(begins <= 1, "{begins} fans meet in node {node}");
+        let starts = spokes.iter().filter(|s| !ends.contains(&s.0)).count();
+        assert!(starts <= 1, "{starts} fans meet in vertex {node}");
     }
     for f in 0..mesh.faces.len() {
         let [a, b, c] = mesh.corners(f);
-        assert!((b - a).cross(&(c - a)).dot(&(a + b + c)) < 0.0, "face {f} looks away");
+        assert!((b - a).cross(&(c - a)).dot(&(a + b + c)) < 0.0, "face {f} is turned away");
         let [p, q, r] = mesh.face_uvs[f].map(|i| mesh.uvs[i as usize]);
         let turn = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
         assert!(turn > 0.0, "face {f} is folded on the texture");
@@ -100,9 +101,9 @@ fn a_ball_keeps_its_shape_and_area() {
     for method in [SurfaceMethod::Auto, SurfaceMethod::Dots] {
         let params = SurfaceParams { method, ..SurfaceParams::default() };
         let dense = raster(ball);
-        let found = made(Some(&dense), &dots(ball), &params);
-        sound(&found.mesh);
-        assert_eq!((found.parts, found.dense), (1, method == SurfaceMethod::Auto));
+        let found = built(Some(&dense), &dots(ball), &params);
+        assert_sound(&found.mesh);
+        assert_eq!((found.components, found.dense), (1, method == SurfaceMethod::Auto));
         assert!((found.pitch_px - PITCH).abs() < 0.1, "{}", found.pitch_px);
         let off = |v: &Vec3| ((v - Vec3::new(0.0, 0.0, 1000.0)).norm() - 100.0).abs();
         let border = Topology::new(&found.mesh).border;
@@ -110,7 +111,7 @@ fn a_ball_keeps_its_shape_and_area() {
             let of = found.mesh.vertices.iter().zip(&border).filter(|v| *v.1 == on_border);
             of.map(|v| off(v.0)).fold(0.0, f64::max)
         };
-        // the cap that is seen: its height is (1 - cos) of the radius
+        // the visible cap: its height is (1 - cos) of the radius
         let cap = |radius_px: f64| {
             let (sine, distance) = (radius_px / 1000.0, 1000.0);
             let turn = (sine * distance / 100.0).min(1.0).asin();
@@ -119,7 +120,7 @@ fn a_ball_keeps_its_shape_and_area() {
         let edge = (0..160).rfind(|&x| ball(159.5 + f64::from(x), 119.5).is_some()).unwrap();
         let whole = cap(f64::from(edge) * 0.97);
         let share = area(&found.mesh) / whole;
-        // the border is smoothed where the ball is turned away by 70 degrees
+        // the border is smoothed where the ball is tilted by 70 degrees
         let (inside, border) = (worst(false), worst(true));
         let good = match method {
             SurfaceMethod::Dots => inside.max(border) < 1e-3 && share > 0.75,
@@ -130,8 +131,8 @@ fn a_ball_keeps_its_shape_and_area() {
 }
 
 #[test]
-fn normals_look_where_the_ball_does() {
-    let found = made(Some(&raster(ball)), &dots(ball), &SurfaceParams::default());
+fn normals_are_those_of_the_ball() {
+    let found = built(Some(&raster(ball)), &dots(ball), &SurfaceParams::default());
     let mesh = &found.mesh;
     let inner = Topology::new(mesh).rings_from_border();
     let normals = mesh.vertex_normals();
@@ -141,7 +142,7 @@ fn normals_look_where_the_ball_does() {
     }
 }
 
-/// A wavy plate with a hole, before a wall: a step of 300 mm on its right side.
+/// A wavy plate with a hole in front of a wall: a depth discontinuity of 300 mm on its right side.
 fn plate(x: f64, y: f64) -> Option<f64> {
     let hole = (x - 100.0).hypot(y - 120.0) < 25.0;
     let depth = if x < 200.0 { 1000.0 + 5.0 * (x / 20.0).sin() } else { 1300.0 };
@@ -149,37 +150,37 @@ fn plate(x: f64, y: f64) -> Option<f64> {
 }
 
 #[test]
-fn steps_are_not_bridged_and_holes_stay() {
+fn depth_discontinuities_are_not_bridged_and_holes_stay() {
     for method in [SurfaceMethod::Auto, SurfaceMethod::Dots] {
-        // also the small part behind is to be seen here
+        // the wall is kept as well: its dots count as the subject's
         let params = SurfaceParams { method, ..SurfaceParams::default() };
-        let place = |p: Vec2, d: f64| rig().point(p, d);
+        let unproject = |p: Vec2, d: f64| rig().point(p, d);
         let (dense, matches) = (raster(plate), dots(plate));
         let everywhere: Vec<usize> = (0..matches.len()).collect();
         let input = SurfaceInput {
             disparity: Some(&dense),
             matches: &matches,
             on_subject: &everywhere,
-            place: &place,
+            unproject: &unproject,
         };
         let found = surface(&input, &params, &()).unwrap();
-        sound(&found.mesh);
-        assert_eq!(found.parts, 2);
+        assert_sound(&found.mesh);
+        assert_eq!(found.components, 2);
         for f in 0..found.mesh.faces.len() {
             let corners = found.mesh.corners(f);
             let (low, high) = (corners[0].inf(&corners[1]), corners[0].sup(&corners[1]));
             let depth = high.sup(&corners[2]).z - low.inf(&corners[2]).z;
-            assert!(depth < 20.0, "face {f} goes {depth} mm deep");
+            assert!(depth < 20.0, "face {f} spans {depth} mm of depth");
             let middle = rig().pixels(&(corners.iter().sum::<Vec3>() / 3.0)).unwrap().0;
             let from_hole = (middle - Vec2::new(100.0, 120.0)).norm();
             let reach = if found.dense { 24.0 } else { 18.0 };
-            assert!(from_hole > reach, "face {f} lies in the hole, {from_hole} from its middle");
+            assert!(from_hole > reach, "face {f} lies in the hole, {from_hole} px from its centre");
         }
-        // without a word about the subject the wall is known by its place
-        let alone = made(Some(&dense), &matches, &params);
-        assert_eq!((alone.parts, alone.parts_left_out >= 1), (1, true));
+        // without dots on the subject the wall is recognised by its depth
+        let alone = built(Some(&dense), &matches, &params);
+        assert_eq!((alone.components, alone.components_removed >= 1), (1, true));
         assert!(alone.mesh.vertices.iter().all(|v| v.z < 1010.0));
-        // and with one, what the subject's dots lie on stays
+        // with them, the component they lie on is kept
         let wall: Vec<usize> = (0..matches.len()).filter(|&i| matches[i].left.x > 210.0).collect();
         let input = SurfaceInput { on_subject: &wall, ..input };
         let behind = surface(&input, &params, &()).unwrap();
@@ -205,9 +206,9 @@ fn a_ragged_border_is_smoothed_and_nothing_folds() {
     let rough = SurfaceParams { border_steps: 0, spacing: 0.15, ..SurfaceParams::default() };
     let smooth = SurfaceParams { border_steps: 30, ..rough.clone() };
     let (rough, smooth) =
-        (made(Some(&dense), &matches, &rough), made(Some(&dense), &matches, &smooth));
-    sound(&rough.mesh);
-    sound(&smooth.mesh);
+        (built(Some(&dense), &matches, &rough), built(Some(&dense), &matches, &smooth));
+    assert_sound(&rough.mesh);
+    assert_sound(&smooth.mesh);
     assert_eq!(rough.mesh.faces, smooth.mesh.faces);
     let border = Topology::new(&rough.mesh).border;
     let mut moved = 0;
@@ -222,12 +223,11 @@ fn a_ragged_border_is_smoothed_and_nothing_folds() {
 }
 
 #[test]
-fn fans_that_touch_in_a_point_are_parted() {
+fn fans_that_share_a_vertex_only_are_split() {
     let node = |x: f64, y: f64| {
-        let place = |p: Vec2, _: f64| Some(Vec3::new(p.x, p.y, 1.0));
-        Node::new(Vec2::new(x, y), 1.0, &place).unwrap()
+        let unproject = |p: Vec2, _: f64| Some(Vec3::new(p.x, p.y, 1.0));
+        Node::new(Vec2::new(x, y), 1.0, &unproject).unwrap()
     };
-    use super::patch::Node;
     let nodes = vec![
         node(0.0, 0.0),
         node(1.0, 1.0),
@@ -239,17 +239,17 @@ fn fans_that_touch_in_a_point_are_parted() {
     let mut patch = Patch { nodes, faces: Vec::new() };
     patch.add([0, 1, 2]);
     patch.add([0, 3, 4]);
-    patch.part_pinched();
+    split_shared_nodes(&mut patch);
     assert_eq!(patch.nodes.len(), 6);
     assert_eq!(patch.faces.len(), 2);
-    let names: BTreeSet<u32> = patch.faces.iter().flatten().copied().collect();
-    assert_eq!(names.len(), 6);
-    assert!(patch.faces.iter().all(|f| patch.double_area_px(*f) > 0.0));
+    let used: BTreeSet<u32> = patch.faces.iter().flatten().copied().collect();
+    assert_eq!(used.len(), 6);
+    assert!(patch.faces.iter().all(|f| patch.double_area_px2(*f) > 0.0));
 }
 
 #[test]
-fn strips_and_what_hangs_on_by_them_are_left_out() {
-    // a plate, a bridge of 8 px and a block of 24 px behind it
+fn strips_and_what_only_they_connect_are_removed() {
+    // a plate, a bridge 8 px wide and a block 24 px wide behind it
     let shape = |x: f64, y: f64| {
         let plate = x < 200.0;
         let bridge = (y - 120.0).abs() < 4.0 && x < 240.0;
@@ -259,12 +259,12 @@ fn strips_and_what_hangs_on_by_them_are_left_out() {
     let (dense, matches) = (raster(shape), dots(shape));
     let farthest = |min_width: f64| {
         let params = SurfaceParams { min_width, min_part: 0.1, ..SurfaceParams::default() };
-        let place = |p: Vec2, d: f64| Some(Vec3::new(p.x, p.y, -d));
+        let unproject = |p: Vec2, d: f64| Some(Vec3::new(p.x, p.y, -d));
         let input = SurfaceInput {
             disparity: Some(&dense),
             matches: &matches,
             on_subject: &[],
-            place: &place,
+            unproject: &unproject,
         };
         let mesh = surface(&input, &params, &()).unwrap().mesh;
         mesh.vertices.iter().map(|v| v.x).fold(0.0, f64::max)
@@ -278,8 +278,8 @@ fn the_same_input_gives_the_same_mesh() {
     for method in [SurfaceMethod::Auto, SurfaceMethod::Dots] {
         let params = SurfaceParams { method, ..SurfaceParams::default() };
         let (dense, matches) = (raster(plate), dots(plate));
-        let first = made(Some(&dense), &matches, &params);
-        assert!(first == made(Some(&dense), &matches, &params));
+        let first = built(Some(&dense), &matches, &params);
+        assert!(first == built(Some(&dense), &matches, &params));
     }
 }
 
@@ -287,7 +287,7 @@ fn the_same_input_gives_the_same_mesh() {
 fn finer_spacing_gives_more_vertices_of_the_same_surface() {
     let at = |spacing: f64| {
         let params = SurfaceParams { spacing, ..SurfaceParams::default() };
-        made(Some(&raster(ball)), &dots(ball), &params).mesh
+        built(Some(&raster(ball)), &dots(ball), &params).mesh
     };
     let (fine, coarse) = (at(0.25), at(0.5));
     let ratio = fine.vertices.len() as f64 / coarse.vertices.len() as f64;
@@ -296,27 +296,27 @@ fn finer_spacing_gives_more_vertices_of_the_same_surface() {
 }
 
 #[test]
-fn what_is_no_surface_is_refused_with_figures() {
+fn input_without_a_surface_is_refused_with_figures() {
     let params = SurfaceParams::default();
     let matches = dots(ball);
     let empty = Gray::filled(SIZE.0, SIZE.1, f32::NAN);
     assert_eq!(
         refused(Some(&empty), &matches, &params),
-        SurfaceError::TooFewPoints { got: 0, needed: LEAST_POINTS }
+        SurfaceError::TooFewPoints { got: 0, needed: MIN_POINTS }
     );
     assert_eq!(
         refused(None, &matches[..3], &params),
-        SurfaceError::TooFewPoints { got: 3, needed: LEAST_POINTS }
+        SurfaceError::TooFewPoints { got: 3, needed: MIN_POINTS }
     );
     assert_eq!(
         refused(None, &[], &params),
-        SurfaceError::TooFewPoints { got: 0, needed: LEAST_POINTS }
+        SurfaceError::TooFewPoints { got: 0, needed: MIN_POINTS }
     );
     assert_eq!(
         refused(None, &vec![matches[0]; 20], &params),
-        SurfaceError::TooFewPoints { got: 20, needed: LEAST_POINTS }
+        SurfaceError::TooFewPoints { got: 20, needed: MIN_POINTS }
     );
-    // dots on one line enclose nothing
+    // dots on one line have no triangles
     let line: Vec<Match> = matches
         .iter()
         .copied()
@@ -331,19 +331,19 @@ fn what_is_no_surface_is_refused_with_figures() {
         .collect();
     let error = refused(None, &line, &params);
     assert!(matches!(error, SurfaceError::NothingLeft { triangles: 0, .. }), "{error}");
-    // every second row far behind the other: steps in depth only
+    // every second row far behind the others: depth discontinuities only
     let torn = dots(|x, y| Some(if (y / PITCH) as i32 % 2 == 0 { 150.0 } else { 15.0 + 0.0 * x }));
     let error = refused(None, &torn, &SurfaceParams { max_tilt_deg: 30.0, ..params.clone() });
     assert!(error.to_string().contains("surface.max_tilt_deg (now 30)"), "{error}");
     let mut bad = matches.clone();
     bad[5].right.y = f64::NAN;
     assert_eq!(refused(None, &bad, &params), SurfaceError::NotFinite { index: 5 });
-    let place = |p: Vec2, d: f64| rig().point(p, d);
+    let unproject = |p: Vec2, d: f64| rig().point(p, d);
     let input =
-        SurfaceInput { disparity: None, matches: &matches, on_subject: &[10_000], place: &place };
+        SurfaceInput { disparity: None, matches: &matches, on_subject: &[10_000], unproject: &unproject };
     let error = surface(&input, &params, &()).unwrap_err();
     assert_eq!(error, SurfaceError::Index { index: 10_000, count: matches.len() });
-    // behind infinity nothing can be placed
+    // negative disparities have no position in space
     let swapped: Vec<Match> =
         matches.iter().map(|m| Match { left: m.right, right: m.left, ..*m }).collect();
     assert!(matches!(refused(None, &swapped, &params), SurfaceError::TooFewPoints { got: 0, .. }));
@@ -352,16 +352,16 @@ fn what_is_no_surface_is_refused_with_figures() {
 }
 
 #[test]
-fn an_observer_can_stop_it() {
+fn an_observer_can_cancel_the_stage() {
     struct Stop;
     impl Observer for Stop {
         fn cancelled(&self) -> bool {
             true
         }
     }
-    let place = |p: Vec2, d: f64| rig().point(p, d);
+    let unproject = |p: Vec2, d: f64| rig().point(p, d);
     let matches = dots(ball);
-    let input = SurfaceInput { disparity: None, matches: &matches, on_subject: &[], place: &place };
+    let input = SurfaceInput { disparity: None, matches: &matches, on_subject: &[], unproject: &unproject };
     let stopped = surface(&input, &SurfaceParams::default(), &Stop);
     assert_eq!(stopped, Err(SurfaceError::Cancelled(Cancelled)));
 }
