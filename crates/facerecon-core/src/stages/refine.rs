@@ -224,8 +224,8 @@ pub fn refine(
     let domain = initial::domain(&reliable, pitch, width, height);
     let pixels = domain.data().iter().filter(|p| **p).count();
     let cell = cell_size(params.knot * pitch, width, height);
-    let mut spline = initial::spline(&reliable, &domain, pitch, cell)
-        .ok_or_else(|| too_few(reliable.len()))?;
+    let mut spline =
+        initial::spline(&reliable, &domain, pitch, cell).ok_or_else(|| too_few(reliable.len()))?;
     let model = PhotometricModel::new(
         working_left,
         working_right,

@@ -202,9 +202,8 @@ pub fn surface(
     params.check("surface", None)?;
     validate(input)?;
     let pixels: Vec<Vec2> = input.matches.iter().map(|m| m.left).collect();
-    let pitch_px = pitch(&pixels)
-        .filter(|p| *p > MIN_PITCH_PX)
-        .ok_or_else(|| too_few(input.matches.len()))?;
+    let pitch_px =
+        pitch(&pixels).filter(|p| *p > MIN_PITCH_PX).ok_or_else(|| too_few(input.matches.len()))?;
     observer.check()?;
 
     let disparity = input.disparity.filter(|_| params.method != SurfaceMethod::Dots);

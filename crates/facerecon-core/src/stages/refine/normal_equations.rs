@@ -50,9 +50,8 @@ impl NormalEquations {
             .map(|x| spline.cell_column(x as f64))
             .map(|(i, s)| (i, weights(s)))
             .collect();
-        let band = |lines: &Vec<usize>| {
-            band_sums(spline, &table, lines, domain, information, gradient)
-        };
+        let band =
+            |lines: &Vec<usize>| band_sums(spline, &table, lines, domain, information, gradient);
         let sums: Vec<_> = bands.par_iter().map(band).collect();
         let mut equations = Self {
             columns,
@@ -168,19 +167,21 @@ impl NormalEquations {
             padded[(j + 3) * stride + 3..][..self.columns].copy_from_slice(row);
         }
         let padded = &*padded;
-        out.par_chunks_mut(self.columns).with_min_len(MIN_ROWS_PER_THREAD).enumerate().for_each(|(j, out)| {
-            for (i, out) in out.iter_mut().enumerate() {
-                let a = &matrix[j * self.columns + i];
-                let mut lanes = [0.0f32; 7];
-                for e in 0..7 {
-                    let x = &padded[(j + e) * stride + i..][..7];
-                    for f in 0..7 {
-                        lanes[f] += a[e * 7 + f] * x[f];
+        out.par_chunks_mut(self.columns).with_min_len(MIN_ROWS_PER_THREAD).enumerate().for_each(
+            |(j, out)| {
+                for (i, out) in out.iter_mut().enumerate() {
+                    let a = &matrix[j * self.columns + i];
+                    let mut lanes = [0.0f32; 7];
+                    for e in 0..7 {
+                        let x = &padded[(j + e) * stride + i..][..7];
+                        for f in 0..7 {
+                            lanes[f] += a[e * 7 + f] * x[f];
+                        }
                     }
+                    *out = lanes.iter().sum();
                 }
-                *out = lanes.iter().sum();
-            }
-        });
+            },
+        );
     }
 }
 

@@ -209,6 +209,7 @@ fn an_observer_can_cancel_the_descent() {
         }
     }
     let stops = Stops(Cell::new(0));
-    let e = refine(&p.left, &p.right, None, &p.matches, &RefineParams::default(), &stops).unwrap_err();
+    let e =
+        refine(&p.left, &p.right, None, &p.matches, &RefineParams::default(), &stops).unwrap_err();
     assert_eq!(e, RefineError::Cancelled(Cancelled));
 }

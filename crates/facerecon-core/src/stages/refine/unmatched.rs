@@ -48,9 +48,9 @@ const CONVERGED_PX: f64 = 0.02;
 pub fn match_remaining_dots(refined: &mut Refined, dots: [&[Dot]; 2], max_sigma_px: f64) {
     let added = remaining_matches(refined, dots, max_sigma_px);
     refined.matches.extend(added);
-    refined.matches.sort_by(|a, b| {
-        a.left.y.total_cmp(&b.left.y).then(a.left.x.total_cmp(&b.left.x))
-    });
+    refined
+        .matches
+        .sort_by(|a, b| a.left.y.total_cmp(&b.left.y).then(a.left.x.total_cmp(&b.left.x)));
 }
 
 /// Matches of the dots without one, in the order of the dots, those of the left photo first. A dot
@@ -64,8 +64,7 @@ fn remaining_matches(refined: &Refined, dots: [&[Dot]; 2], max_sigma_px: f64) ->
         let Some(index) = PointIndex::<2>::new(&positions) else { return added };
         for dot in dots {
             let position = dot.position;
-            let nearest =
-                index.nearest(&[position.x, position.y]).filter(|n| n.distance > radius);
+            let nearest = index.nearest(&[position.x, position.y]).filter(|n| n.distance > radius);
             let Some(nearest) = nearest else { continue };
             let neighbour = &known[nearest.index];
             let row_offset = neighbour.right.y - neighbour.left.y;

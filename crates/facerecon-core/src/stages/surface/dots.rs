@@ -38,9 +38,8 @@ pub(super) fn triangulated(
             [n.pixel.x, n.pixel.y].map(|v| if v.abs() < MIN_COORDINATE_PX { 0.0 } else { v });
         NumberedPoint(Point2::new(x, y), number)
     });
-    let triangulation =
-        DelaunayTriangulation::<NumberedPoint>::bulk_load_stable(points.collect())
-            .map_err(|error| SurfaceError::Delaunay(error.to_string()))?;
+    let triangulation = DelaunayTriangulation::<NumberedPoint>::bulk_load_stable(points.collect())
+        .map_err(|error| SurfaceError::Delaunay(error.to_string()))?;
     let mut faces: Vec<[u32; 3]> =
         triangulation.inner_faces().map(|face| face.vertices().map(|v| v.data().1)).collect();
     // independent of the order inside the triangulation

@@ -339,8 +339,12 @@ fn input_without_a_surface_is_refused_with_figures() {
     bad[5].right.y = f64::NAN;
     assert_eq!(refused(None, &bad, &params), SurfaceError::NotFinite { index: 5 });
     let unproject = |p: Vec2, d: f64| rig().point(p, d);
-    let input =
-        SurfaceInput { disparity: None, matches: &matches, on_subject: &[10_000], unproject: &unproject };
+    let input = SurfaceInput {
+        disparity: None,
+        matches: &matches,
+        on_subject: &[10_000],
+        unproject: &unproject,
+    };
     let error = surface(&input, &params, &()).unwrap_err();
     assert_eq!(error, SurfaceError::Index { index: 10_000, count: matches.len() });
     // negative disparities have no position in space
@@ -361,7 +365,8 @@ fn an_observer_can_cancel_the_stage() {
     }
     let unproject = |p: Vec2, d: f64| rig().point(p, d);
     let matches = dots(ball);
-    let input = SurfaceInput { disparity: None, matches: &matches, on_subject: &[], unproject: &unproject };
+    let input =
+        SurfaceInput { disparity: None, matches: &matches, on_subject: &[], unproject: &unproject };
     let stopped = surface(&input, &SurfaceParams::default(), &Stop);
     assert_eq!(stopped, Err(SurfaceError::Cancelled(Cancelled)));
 }
