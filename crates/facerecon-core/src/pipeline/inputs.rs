@@ -33,7 +33,6 @@ pub(super) fn correspond<'a>(
         left: &left.dots,
         right: &right.dots,
         spacing_px: 0.5 * (left.spacing_px + right.spacing_px),
-        images: [&level.left, &level.right],
         plain: level.plain.as_ref().map(|[l, r]| [l, r]),
         pattern: &capture.pattern,
         seeds: capture.seeds.map(|s| Seeds {

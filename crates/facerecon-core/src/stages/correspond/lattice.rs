@@ -1,67 +1,56 @@
-//! Correspondence by the lattice itself, nothing marked by hand.
+//! Correspondence by the lattice of the dots, without marked pairs.
 //!
-//! Each photo's dots are labelled with integer columns and rows ([`graph`]). If the labels are
+//! The dots of each photo are labelled with integer columns and rows ([`label`]). If the labels are
 //! right, a component of the left photo and its image in the right one differ by one integer shift
-//! ([`shifts`]); which one, is decided for hundreds of dots at once by the cues ([`cues`]). Dots
-//! that no component explains follow their matched neighbours ([`extend`]), and what no neighbour
-//! supports, or lies far behind the face, goes ([`prune`]).
-//! Compare the grid graphs of Ulusoy et al. 2009 and of Kawasaki et al. 2008.
+//! ([`candidate_shifts`], [`proposal`]). Which one is decided for hundreds of dots at once by the
+//! cues ([`cues`], [`decision`]). Dots that no component explains follow their matched neighbours
+//! ([`extend`]). Matches that no neighbour supports, or that are far behind the subject, are dropped
+//! ([`prune`]). Compare the grid graphs of Ulusoy et al. 2009 and of Kawasaki et al. 2008.
 
+mod candidate_shifts;
+mod components;
 mod cues;
+mod decision;
+mod disparity_surface;
+mod evidence;
 mod extend;
 mod graph;
-mod pieces;
+mod label;
+mod lattice_matches;
+mod pairs;
+mod params;
+mod patches;
+mod proposal;
 mod prune;
+mod region;
 mod regions;
-mod shifts;
+mod row_offset;
+#[cfg(test)]
+mod tests;
 
+pub use params::LatticeParams;
+
+use super::error::CorrespondError;
+use super::input::CorrespondInput;
+use super::matches::{Correspondence, sort_in_raster_order};
+use crate::data::{Dot, Match};
 use crate::math::Vec2;
 use crate::observer::Observer;
-use crate::settings;
+use evidence::Evidence;
+use graph::Graph;
+use label::{LabelOptions, label_dots};
+use lattice_matches::LatticeMatches;
+use patches::PlainPatches;
 
-use super::{CorrespondError, CorrespondInput, Correspondence};
-use crate::data::{Dot, Match};
-use cues::{Evidence, Plain};
-use graph::{Graph, Growth, grow};
-use regions::{Found, Matcher};
-
-settings! {
-    /// Automatic correspondence by the lattice (method "lattice").
-    pub struct LatticeParams {
-        /// Largest distance of a dot from the place its lattice neighbours predict, in spacings.
-        max_link_error: f64 = 0.3, range 0.05..=0.5;
-        /// Greatest row difference of partners after the rows' tilt is taken out; never less than
-        /// 0.08 spacings.
-        row_tolerance_px: f64 = 0.6, range 0.05..=20.0, unit "px";
-        /// Row fault of the photos that is followed, in spacings; a whole spacing would be the
-        /// next row of dots.
-        row_slack: f64 = 0.25, range 0.0..=0.45;
-        /// Least ratio of the runner-up's badness to the winner's for the lattice's absolute
-        /// place to count as known.
-        min_confidence: f64 = 1.3, range 1.0..=100.0;
-        /// Connected pieces of fewer matches are dropped.
-        min_component: usize = 12, range 2.0..=1000.0;
-        /// Step of disparity between neighbouring dots that counts as an edge, in spacings.
-        max_step: f64 = 0.35, range 0.05..=2.0;
-        /// Matches further than this many robust deviations from the plane of their neighbours are
-        /// dropped.
-        outlier_mads: f64 = 4.0, range 1.0..=20.0;
-        /// Nearest depth a subject may have; needs a calibrated rig.
-        nearest_mm: f64 = 150.0, range 1.0..=1e6, unit "mm";
-        /// Farthest depth a subject may have; needs a calibrated rig.
-        farthest_mm: f64 = 6000.0, range 1.0..=1e7, unit "mm";
-        /// Matches that lie further behind the subject than this (the wall) are dropped; needs a
-        /// calibrated rig.
-        behind_mm: f64 = 120.0, range 1.0..=1e6, unit "mm";
-    }
-}
+/// Least row tolerance, in spacings: positions of large dots are less exact.
+const MIN_ROW_TOLERANCE: f64 = 0.08;
 
 /// Matches the dots.
 ///
 /// # Errors
-/// [`CorrespondError::NoLattice`] where a photo's dots form no lattice,
-/// [`CorrespondError::Ambiguous`] where the photos leave the absolute period open.
-pub(super) fn lattice(
+/// [`CorrespondError::NoLattice`] where the dots of a photo form no lattice,
+/// [`CorrespondError::Ambiguous`] where more than one shift of the lattice fits the photos.
+pub(super) fn match_by_lattice(
     input: &CorrespondInput<'_>,
     params: &LatticeParams,
     observer: &dyn Observer,
@@ -71,71 +60,78 @@ pub(super) fn lattice(
         let (columns, rows) = (input.pattern.columns, input.pattern.rows);
         return Err(CorrespondError::Pattern { columns, rows, spacing_px });
     }
-    let growth = Growth {
+    let graphs = label_photos(input, params)?;
+    observer.check()?;
+    let evidence = Evidence {
+        dots: [input.left, input.right],
+        graphs: &graphs,
+        plain: input.plain.map(|p| PlainPatches::new(p, [input.left, input.right], spacing_px)),
+        seeds: input.seeds,
+        rig: input.rig,
+        spacing_px,
+        tolerance_px: params.row_tolerance_px.max(MIN_ROW_TOLERANCE * spacing_px),
+    };
+    let mut found = regions::match_regions(&evidence, params, observer)?;
+    extend::extend(&evidence, &mut found);
+    prune::drop_outliers(&evidence, params, &mut found);
+    let dropped = prune::drop_background(&evidence, params, &mut found);
+    let mut warnings = Vec::new();
+    if dropped > 0 {
+        warnings.push(format!(
+            "{dropped} matches far behind or in front of the subject (probably a wall) were left out"
+        ));
+    }
+    Ok(Correspondence { matches: to_matches(&evidence, &found), warnings })
+}
+
+/// Labels the dots of both photos.
+fn label_photos(
+    input: &CorrespondInput<'_>,
+    params: &LatticeParams,
+) -> Result<[Graph; 2], CorrespondError> {
+    let options = LabelOptions {
         rotation: input.pattern.rotation,
         max_link_error: params.max_link_error,
+        // a component of one photo may be two in the other
         min_component: params.min_component.div_ceil(2),
     };
     let graph = |dots: &[Dot]| {
         let points: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
-        grow(&points, &growth)
+        label_dots(&points, &options)
     };
     let (left, right) = rayon::join(|| graph(input.left), || graph(input.right));
     for (photo, graph) in [("left", &left), ("right", &right)] {
-        let labelled = graph.labels.iter().flatten().count();
-        if labelled < params.min_component {
-            return Err(CorrespondError::NoLattice { photo, labelled });
+        let (labelled, needed) = (graph.labels.iter().flatten().count(), params.min_component);
+        if labelled < needed {
+            return Err(CorrespondError::NoLattice { photo, labelled, needed });
         }
     }
-    observer.check()?;
-    let graphs = [left, right];
-    let evidence = Evidence {
-        dots: [input.left, input.right],
-        graphs: &graphs,
-        plain: input.plain.map(|p| Plain::new(p, [input.left, input.right], spacing_px)),
-        seeds: input.seeds,
-        spacing_px,
-        tolerance_px: params.row_tolerance_px.max(0.08 * spacing_px),
-    };
-    let matcher = Matcher::new(&evidence, input.rig, params);
-    let mut found = matcher.regions(observer)?;
-    extend::extend(&evidence, &mut found);
-    prune::outliers(&evidence, params, &mut found);
-    let dropped = prune::background(&evidence, input.rig, params, &mut found);
-    let mut warnings = Vec::new();
-    if dropped > 0 {
-        warnings.push(format!("{dropped} matches far behind the subject (a wall) were left out"));
-    }
-    Ok(Correspondence { matches: table(&evidence, &graphs, &found), warnings })
+    Ok([left, right])
 }
 
-/// The matches in raster order of their left positions. Labels are those of the component that
-/// most matches belong to.
-fn table(evidence: &Evidence<'_>, graphs: &[Graph; 2], found: &Found) -> Vec<Match> {
+/// The matches in raster order of their left positions. Lattice labels are those of the component
+/// that most matches belong to.
+fn to_matches(evidence: &Evidence<'_>, found: &LatticeMatches) -> Vec<Match> {
+    let labels = &evidence.graphs[0].labels;
     let mut counts = std::collections::BTreeMap::<usize, usize>::new();
-    for label in found.pairs.iter().filter_map(|p| graphs[0].labels[p.left]) {
+    for label in found.matches.iter().filter_map(|m| labels[m.left]) {
         *counts.entry(label.component).or_default() += 1;
     }
     let main = counts.iter().max_by_key(|(c, n)| (**n, std::cmp::Reverse(**c))).map(|(c, _)| *c);
     let mut matches: Vec<Match> = found
-        .pairs
+        .matches
         .iter()
-        .map(|p| {
-            let (l, r) = (&evidence.dots[0][p.left], &evidence.dots[1][p.right]);
+        .map(|m| {
+            let (l, r) = (&evidence.dots[0][m.left], &evidence.dots[1][m.right]);
             Match {
                 left: l.position,
                 right: r.position,
-                lattice: graphs[0].labels[p.left]
-                    .filter(|l| Some(l.component) == main)
-                    .map(|l| l.cell),
+                lattice: labels[m.left].filter(|l| Some(l.component) == main).map(|l| l.cell),
                 sigma_px: 0.0,
-                score: l.score.min(r.score) * p.confidence,
+                score: l.score.min(r.score) * m.score,
             }
         })
         .collect();
-    matches.sort_by(|a, b| a.left.y.total_cmp(&b.left.y).then(a.left.x.total_cmp(&b.left.x)));
+    sort_in_raster_order(&mut matches);
     matches
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,54 +1,67 @@
 //! Correspondence of parallel stripes of varying width and colour (thesis, "Future Works").
 //!
-//! Every row is cut at the edges of the stripes ([`edges`]); the sequences of edges in both photos
-//! are aligned by colour and width, and stripes vote over their rows which one they are
-//! ([`align`]). Both edges of a stripe count, not its left one alone.
+//! The edges of the stripes are detected in every row ([`edges`]) and linked from row to row
+//! ([`chains`]). The sequences of edges in both photos are aligned by colour and width ([`align`]),
+//! and the rows of a stripe vote which one it is ([`vote`]). Both edges of a stripe are matched; the
+//! thesis proposes the left one alone.
 
 mod align;
+mod chains;
 mod edges;
+mod params;
+mod prune;
+#[cfg(test)]
+mod tests;
+mod vote;
+
+pub use params::StripesParams;
 
 use rayon::prelude::*;
 
+use super::error::CorrespondError;
+use super::matches::Correspondence;
 use crate::camera::RectifiedRig;
 use crate::data::{Match, Rgb};
-use crate::math::{Vec2, median};
+use crate::math::Vec2;
 use crate::observer::{Event, Observer};
-use crate::settings;
 use crate::settings::Value;
+use align::{EdgePair, align};
+use chains::Chains;
+use edges::{Edge, row_edges};
+use vote::{EdgeMatch, vote};
 
-use super::{CorrespondError, Correspondence};
-use align::{Aligned, align, settle};
-use edges::{Chains, Edge, row_edges};
+/// Fewest matches of a result; a face has some thousands.
+const MIN_MATCHES: usize = 60;
 
-settings! {
-    /// Correspondence of stripes (captures of kind "stripes").
-    pub struct StripesParams {
-        /// Distance of the rows that are looked at.
-        row_step_px: usize = 3, range 1.0..=64.0, unit "px";
-        /// Rows above and below that are averaged with each.
-        average_rows: usize = 2, range 0.0..=32.0;
-        /// Smoothing along the row before edges are sought (standard deviation).
-        smooth_px: f64 = 1.2, range 0.3..=10.0, unit "px";
-        /// Least step of brightness (sum of the colours) at an edge, per pixel.
-        min_step: f64 = 5.0, range 0.1..=200.0, unit "grey levels";
-        /// Cost of leaving an edge without a partner; a partner of another colour or width costs
-        /// more than twice this.
-        skip_cost: f64 = 2.0, range 0.1..=20.0;
-        /// Share of the rows around that must agree which stripe an edge belongs to.
-        min_votes: f64 = 0.6, range 0.1..=1.0;
-        /// Step of depth that parts the subject from what is behind it, as a part of its depth;
-        /// without a calibrated rig, of the width of the photo in disparity.
-        gap: f64 = 0.03, range 0.001..=1.0;
-    }
-}
-
-/// Fewer matches than this make no face.
-const LEAST_MATCHES: usize = 60;
-
-/// Matches the edges of the stripes of two rectified photos.
+/// Matches the edges of the stripes of two rectified photos. Every warning of the result is also
+/// reported to the observer.
+///
+/// `images` are the photos `[left, right]`. `lattice` of a match is the number of the edge's chain in
+/// the left photo (not its number in the pattern) and the number of the row.
 ///
 /// # Errors
-/// [`CorrespondError::TooFewMatches`] where the photos show no stripes in common.
+/// [`CorrespondError::TooFewMatches`] where the photos show no stripes in common; or a parameter is
+/// out of its range, or the observer cancels.
+///
+/// # Examples
+/// ```
+/// use facerecon_core::data::Rgb;
+/// use facerecon_core::stages::correspond::{StripesParams, correspond_stripes};
+///
+/// // Stripes in four colours on a plane with a disparity of 12 px.
+/// let colors = [[200, 20, 20], [20, 200, 20], [20, 20, 200], [200, 200, 20]];
+/// let photo = |disparity: usize| {
+///     Rgb::from_fn(240, 40, |x, _| match (x + disparity) % 20 {
+///         0..10 => colors[(x + disparity) / 20 % 4],
+///         _ => [10; 3],
+///     })
+/// };
+/// let found =
+///     correspond_stripes([&photo(0), &photo(12)], None, &StripesParams::default(), &())?;
+/// assert!(found.matches.len() > 200);
+/// assert!(found.matches.iter().all(|m| (m.disparity() - 12.0).abs() < 0.1));
+/// # Ok::<(), facerecon_core::stages::correspond::CorrespondError>(())
+/// ```
 pub fn correspond_stripes(
     images: [&Rgb; 2],
     rig: Option<&RectifiedRig>,
@@ -57,112 +70,50 @@ pub fn correspond_stripes(
 ) -> Result<Correspondence, CorrespondError> {
     params.check("correspond.stripes", None)?;
     let height = images[0].height().min(images[1].height());
-    let rows: Vec<usize> = (0..height).step_by(params.row_step_px.max(1)).collect();
+    let rows: Vec<usize> = (0..height).step_by(params.row_step_px).collect();
     let [left, right] = images.map(|image| {
-        let found: Vec<Vec<Edge>> = rows.par_iter().map(|y| row_edges(image, *y, params)).collect();
-        Chains::link(found)
+        let edges: Vec<Vec<Edge>> = rows.par_iter().map(|y| row_edges(image, *y, params)).collect();
+        Chains::link(edges)
     });
     observer.check()?;
-    let aligned: Vec<Vec<Aligned>> = (0..rows.len())
+    let aligned: Vec<Vec<EdgePair>> = (0..rows.len())
         .into_par_iter()
         .map(|n| align(&left.rows[n], &right.rows[n], params.skip_cost))
         .collect();
-    let settled = settle(&left, &right, &aligned, params.min_votes);
-    let edge = |chains: &Chains, n: usize, i: usize| chains.rows[n][i];
-    let mut matches: Vec<Match> = settled
-        .iter()
-        .map(|s| {
-            let (l, r) = (edge(&left, s.row, s.left), edge(&right, s.row, s.right));
-            let y = rows[s.row] as f64;
-            Match {
-                left: Vec2::new(l.x, y),
-                right: Vec2::new(r.x, y),
-                lattice: Some([left.ids[s.row][s.left] as i32, s.row as i32]),
-                sigma_px: 0.0,
-                score: s.votes,
-            }
-        })
-        .collect();
-    drop_strays(&mut matches);
-    let dropped = drop_background(&mut matches, images[0].width(), rig, params.gap);
+    let voted = vote(&left, &right, &aligned, params.min_votes);
+    let mut matches: Vec<Match> =
+        voted.iter().map(|m| to_match(m, [&left, &right], rows[m.row])).collect();
+    prune::drop_outliers(&mut matches);
+    let dropped = prune::drop_background(&mut matches, images[0].width(), rig, params.gap);
     observer.event(&Event::Count { stage: "correspond", what: "matches", count: matches.len() });
-    if matches.len() < LEAST_MATCHES {
+    let mut warnings = Vec::new();
+    if dropped > 0 {
+        let warning = format!(
+            "{dropped} matches in front of or behind the subject (probably a wall) were left out"
+        );
+        observer.warn("correspond", &warning);
+        warnings.push(warning);
+    }
+    if matches.len() < MIN_MATCHES {
         return Err(CorrespondError::TooFewMatches {
+            candidates: "stripe edges",
             got: matches.len(),
-            needed: LEAST_MATCHES,
+            needed: MIN_MATCHES,
             left: left.count(),
             right: right.count(),
         });
     }
-    let mut warnings = Vec::new();
-    if dropped > 0 {
-        warnings.push(format!("{dropped} matches far behind the subject (a wall) were left out"));
-    }
     Ok(Correspondence { matches, warnings })
 }
 
-/// Drops matches whose disparity differs from the median of their stripe's rows around by more
-/// than a pixel and a quarter of the usual spread.
-fn drop_strays(matches: &mut Vec<Match>) {
-    const AROUND: i32 = 4;
-    let mut by_stripe: std::collections::BTreeMap<i32, Vec<(i32, f64)>> = Default::default();
-    for m in matches.iter() {
-        if let Some([stripe, row]) = m.lattice {
-            by_stripe.entry(stripe).or_default().push((row, m.disparity()));
-        }
+/// The match of two edges in row `y` of the photos.
+fn to_match(found: &EdgeMatch, [left, right]: [&Chains; 2], y: usize) -> Match {
+    let EdgeMatch { row, votes, .. } = *found;
+    Match {
+        left: Vec2::new(left.rows[row][found.left].x, y as f64),
+        right: Vec2::new(right.rows[row][found.right].x, y as f64),
+        lattice: Some([left.ids[row][found.left] as i32, row as i32]),
+        sigma_px: 0.0,
+        score: votes,
     }
-    matches.retain(|m| {
-        let Some([stripe, row]) = m.lattice else {
-            return false;
-        };
-        let around: Vec<f64> = by_stripe
-            .get(&stripe)
-            .into_iter()
-            .flatten()
-            .filter(|(r, _)| (r - row).abs() <= AROUND && *r != row)
-            .map(|(_, d)| *d)
-            .collect();
-        around.len() >= 2 && median(&around).is_some_and(|d| (m.disparity() - d).abs() < 1.25)
-    });
 }
-
-/// Drops what lies behind the subject: disparities fall into clusters parted by empty gaps, and the
-/// subject is the nearest cluster with at least 15 % of the matches.
-fn drop_background(
-    matches: &mut Vec<Match>,
-    width: usize,
-    rig: Option<&RectifiedRig>,
-    gap: f64,
-) -> usize {
-    let mut disparities: Vec<f64> = matches.iter().map(Match::disparity).collect();
-    disparities.sort_by(|a, b| b.total_cmp(a));
-    let count = disparities.len();
-    let parted = |near: f64, far: f64| match rig {
-        Some(rig) => match (rig.depth_mm(near), rig.depth_mm(far)) {
-            (Some(a), Some(b)) => b - a > gap * a,
-            _ => true,
-        },
-        None => near - far > gap * width as f64,
-    };
-    let (mut start, mut kept) = (0, 0..count);
-    for end in 1..=count {
-        if end == count || parted(disparities[end - 1], disparities[end]) {
-            if 100 * (end - start) >= 15 * count {
-                kept = start..end;
-                break;
-            }
-            start = end;
-        }
-    }
-    let (Some(high), Some(low)) = (
-        disparities.get(kept.start).copied(),
-        disparities.get(kept.end.saturating_sub(1)).copied(),
-    ) else {
-        return 0;
-    };
-    matches.retain(|m| (low..=high).contains(&m.disparity()));
-    count - matches.len()
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::data::{Pair, PatternKind};
+use crate::data::{Dot, Match, Pair, Pattern, PatternKind, Seeds};
 use crate::math::Vec2;
 
 const PATTERN: Pattern = Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation: 0.0 };
@@ -8,7 +8,7 @@ fn dot(position: Vec2) -> Dot {
     Dot { position, sigma_px: 0.0, amplitude: 0.0, score: 1.0 }
 }
 
-/// A number in -0.5..0.5 that looks random, the same in every run.
+/// A pseudo-random number in -0.5..0.5, the same in every run.
 fn noise(i: usize, salt: u64) -> f64 {
     let mut h = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ salt;
     h = (h ^ (h >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -16,8 +16,8 @@ fn noise(i: usize, salt: u64) -> f64 {
     ((h ^ (h >> 32)) % 100_000) as f64 / 100_000.0 - 0.5
 }
 
-/// A lattice on a head-like bump in front of a wall: `(left, right, column)`, of which some are seen
-/// in one photo only and some are noise; places are rounded to pixels as thinning does.
+/// A lattice on a bump like a head in front of a wall; some dots are in one photo only. Positions are
+/// rounded to pixels, as thinning does.
 struct Scene {
     left: Vec<Vec2>,
     right: Vec<Vec2>,
@@ -49,7 +49,7 @@ fn scene(rotation: f64, missing: f64) -> Scene {
             // the lattice bends with the surface in both photos
             let l = p + Vec2::new(0.4 * (d - 330.0), 0.0);
             let jitter = |salt| Vec2::new(0.3 * noise(i, salt), 0.3 * noise(i, salt + 1));
-            // the head hides what is behind it, in each photo elsewhere
+            // the head occludes the wall, at other positions in each photo
             let hidden = |p: Vec2| {
                 !on_head && (p - centre).component_div(&Vec2::new(158.0, 215.0)).norm() < 1.0
             };
@@ -72,7 +72,7 @@ fn scene(rotation: f64, missing: f64) -> Scene {
             (left[a.0] - p).norm().total_cmp(&(left[b.0] - p).norm())
         };
         let &(l, r) = pairs.iter().min_by(by).unwrap();
-        // the hand is not exact
+        // marks by hand are not exact
         Pair { left: left[l] + Vec2::new(1.4, -0.8), right: right[r] + Vec2::new(-0.9, 1.1) }
     };
     let seeds = Seeds {
@@ -84,14 +84,12 @@ fn scene(rotation: f64, missing: f64) -> Scene {
 }
 
 fn run(scene: &Scene, params: &CorrespondParams) -> Result<Correspondence, CorrespondError> {
-    let blank = Gray::filled(768, 576, 0.0);
     let dots = |v: &[Vec2]| v.iter().copied().map(dot).collect::<Vec<_>>();
     let (left, right) = (dots(&scene.left), dots(&scene.right));
     let input = CorrespondInput {
         left: &left,
         right: &right,
         spacing_px: 9.0,
-        images: [&blank, &blank],
         plain: None,
         pattern: &PATTERN,
         seeds: Some(scene.seeds),
@@ -104,8 +102,8 @@ fn by_scan() -> CorrespondParams {
     CorrespondParams { method: CorrespondMethod::Scan, ..CorrespondParams::default() }
 }
 
-/// `(recall, wrong)` among the dots of the head.
-fn judge(scene: &Scene, found: &Correspondence) -> (f64, usize) {
+/// Recall and number of wrong matches among the dots of the head.
+fn recall_and_errors(scene: &Scene, found: &Correspondence) -> (f64, usize) {
     let (mut right, mut wrong) = (0, 0);
     for m in &found.matches {
         let i = scene.left.iter().position(|p| *p == m.left).unwrap();
@@ -127,7 +125,7 @@ fn a_bent_lattice_with_missing_dots_is_matched_dot_by_dot() {
         for missing in [0.0, 0.08] {
             let scene = scene(rotation, missing);
             let found = run(&scene, &by_scan()).unwrap();
-            let (recall, wrong) = judge(&scene, &found);
+            let (recall, wrong) = recall_and_errors(&scene, &found);
             assert!(recall > 0.97, "rotation {rotation} missing {missing}: recall {recall}");
             assert_eq!(wrong, 0, "rotation {rotation} missing {missing}");
         }
@@ -135,7 +133,7 @@ fn a_bent_lattice_with_missing_dots_is_matched_dot_by_dot() {
 }
 
 #[test]
-fn every_dot_is_in_one_match_at_most_and_rows_are_kept() {
+fn every_dot_is_in_at_most_one_match_and_on_one_row() {
     let scene = scene(0.0, 0.05);
     let found = run(&scene, &by_scan()).unwrap();
     let key = |p: Vec2| (p.y as i64, p.x as i64);
@@ -153,7 +151,7 @@ fn every_dot_is_in_one_match_at_most_and_rows_are_kept() {
 }
 
 #[test]
-fn marks_that_are_off_are_refused_with_the_distance() {
+fn seeds_off_a_dot_or_row_are_refused_with_the_distance() {
     let mut off = scene(0.0, 0.0);
     off.seeds.left_ear.right = Vec2::new(2.0, 2.0);
     match run(&off, &by_scan()).unwrap_err() {
@@ -171,12 +169,12 @@ fn marks_that_are_off_are_refused_with_the_distance() {
 }
 
 #[test]
-fn nothing_to_match_is_refused() {
+fn input_without_enough_dots_is_refused() {
     let full = scene(0.0, 0.0);
     let params = by_scan();
     let none = Scene { right: Vec::new(), ..scene(0.0, 0.0) };
     assert_eq!(run(&none, &params).unwrap_err(), CorrespondError::NoDots { photo: "right" });
-    // only the three marked dots are there
+    // only the three marked dots exist
     let keep = |p: Pair, dots: &[Vec2], at: fn(Pair) -> Vec2| {
         *dots.iter().min_by(|a, b| (*a - at(p)).norm().total_cmp(&(*b - at(p)).norm())).unwrap()
     };
@@ -187,15 +185,22 @@ fn nothing_to_match_is_refused() {
         ..scene(0.0, 0.0)
     };
     let error = run(&few, &params).unwrap_err();
-    assert_eq!(error, CorrespondError::TooFewMatches { got: 3, needed: 12, left: 3, right: 3 });
+    assert_eq!(
+        error,
+        CorrespondError::TooFewMatches {
+            candidates: "dots",
+            got: 3,
+            needed: 12,
+            left: 3,
+            right: 3
+        }
+    );
 
-    let blank = Gray::filled(8, 8, 0.0);
     let one = [dot(Vec2::new(1.0, 1.0))];
     let input = CorrespondInput {
         left: &one,
         right: &one,
         spacing_px: 9.0,
-        images: [&blank, &blank],
         plain: None,
         pattern: &PATTERN,
         seeds: None,

@@ -1,102 +1,137 @@
-//! Matches that no neighbour supports, and those far behind the subject.
+//! Drops matches that no neighbour supports, and those far from the subject in depth.
 
-use crate::camera::RectifiedRig;
+use super::disparity_surface::DisparitySurface;
+use super::evidence::{Evidence, SIMILAR};
+use super::lattice_matches::LatticeMatches;
+use super::params::LatticeParams;
 use crate::math::{mad, median};
 
-use super::LatticeParams;
-use super::cues::Evidence;
-use super::extend::Surface;
-use super::regions::{ALIKE, Found, Paired};
+/// Rounds of dropping outliers: the first removes those that spoil the planes of others.
+const ROUNDS: usize = 2;
+/// Neighbours, fewest neighbours and radius (in spacings) of the plane of a match.
+const PLANE_NEIGHBOURS: usize = 12;
+const MIN_PLANE_NEIGHBOURS: usize = 4;
+const PLANE_RADIUS: f64 = 3.5;
+/// Scale of the residuals in that plane, in spacings.
+const PLANE_SCALE: f64 = 0.05;
+/// Deviation from the plane that is never an outlier, in spacings: curved skin.
+const MIN_LIMIT: f64 = 0.1;
+/// Neighbours and radius (in spacings) among which a match off the plane needs support.
+const SUPPORT_NEIGHBOURS: usize = 6;
+const SUPPORT_RADIUS: f64 = 2.2;
+/// Supporting neighbours needed, and their greatest difference of disparity in spacings: where the
+/// plain pair confirms the match, and elsewhere.
+const CONFIRMED_SUPPORT: (usize, f64) = (2, 0.3);
+const UNCONFIRMED_SUPPORT: (usize, f64) = (3, 0.12);
+/// Neighbours and radius (in spacings) over which components are connected.
+const LINK_NEIGHBOURS: usize = 8;
+const LINK_RADIUS: f64 = 2.1;
 
-/// Drops matches off the robust plane of their twelve neighbours unless some of the nearest share
-/// their disparity (the far side of an edge), then connected pieces that are too small.
-pub(super) fn outliers(evidence: &Evidence<'_>, params: &LatticeParams, found: &mut Found) {
+/// Drops matches off the robust plane of their neighbours unless some of the nearest have about the
+/// same disparity (the far side of a depth discontinuity), then components that are too small.
+pub(super) fn drop_outliers(
+    evidence: &Evidence<'_>,
+    params: &LatticeParams,
+    found: &mut LatticeMatches,
+) {
     let spacing = evidence.spacing_px;
-    for _ in 0..2 {
-        let surface = Surface::new(evidence, &found.pairs);
-        let residuals: Vec<Option<f64>> = (0..found.pairs.len())
-            .map(|i| {
-                let at = surface.point(i);
-                let near = surface.near(at, 12, 3.5 * spacing, i);
-                if near.len() < 4 {
-                    return None;
-                }
-                surface.plane(at, &near, 0.05 * spacing).map(|p| surface.disparity(i) - p[0])
-            })
-            .collect();
+    for _ in 0..ROUNDS {
+        let surface = DisparitySurface::new(evidence, &found.matches);
+        let residuals: Vec<Option<f64>> =
+            (0..found.matches.len()).map(|i| residual(&surface, i, spacing)).collect();
         let known: Vec<f64> = residuals.iter().flatten().copied().collect();
-        let spread = mad(&known).unwrap_or(0.0);
-        let limit = (params.outlier_mads * spread).max(0.1 * spacing);
-        let keep = |(pair, (i, residual)): (&Paired, (usize, &Option<f64>))| {
-            let seen = evidence.alike(&(pair.left, pair.right)) >= ALIKE;
-            residual.is_some_and(|r| r.abs() <= limit) || supported(&surface, i, spacing, seen)
-        };
-        let kept: Vec<bool> =
-            found.pairs.iter().zip(residuals.iter().enumerate()).map(keep).collect();
-        let mut keep = kept.iter();
-        found.pairs.retain(|_| keep.next().is_some_and(|k| *k));
+        let sigma = mad(&known).unwrap_or(0.0);
+        let limit = (params.outlier_mads * sigma).max(MIN_LIMIT * spacing);
+        let mut i = 0;
+        found.matches.retain(|m| {
+            let confirmed = evidence.similarity(&(m.left, m.right)) >= SIMILAR;
+            let kept = residuals[i].is_some_and(|r| r.abs() <= limit)
+                || is_supported(&surface, i, spacing, confirmed);
+            i += 1;
+            kept
+        });
     }
-    let sizes = pieces(evidence, params, found);
-    let mut size = sizes.iter().map(|p| p.1);
-    found.pairs.retain(|_| size.next().unwrap_or(0) >= params.min_component);
+    let Components { of_match, sizes } = components(evidence, params, found);
+    let mut size = of_match.iter().map(|c| sizes[*c]);
+    found.matches.retain(|_| size.next().unwrap_or(0) >= params.min_component);
 }
 
-/// Whether some of the six nearest matches have about the same disparity: three, or two where the
-/// plain pair bears it out.
-fn supported(surface: &Surface, i: usize, spacing: f64, seen: bool) -> bool {
-    let near = surface.near(surface.point(i), 6, 2.2 * spacing, i);
-    let (needed, step) = if seen { (2, 0.3) } else { (3, 0.12) };
-    let alike = |n: &&usize| (surface.disparity(**n) - surface.disparity(i)).abs() < step * spacing;
-    near.iter().filter(alike).count() >= needed
+/// Deviation of a match from the plane of its neighbours, pixels; `None` with too few.
+fn residual(surface: &DisparitySurface, i: usize, spacing: f64) -> Option<f64> {
+    let at = surface.point(i);
+    let near = surface.near(at, PLANE_NEIGHBOURS, PLANE_RADIUS * spacing, i);
+    if near.len() < MIN_PLANE_NEIGHBOURS {
+        return None;
+    }
+    surface.plane_at(at, &near, PLANE_SCALE * spacing).map(|p| surface.disparity(i) - p)
 }
 
-/// Number and size of the smooth piece of every match.
-fn pieces(evidence: &Evidence<'_>, params: &LatticeParams, found: &Found) -> Vec<(usize, usize)> {
-    let surface = Surface::new(evidence, &found.pairs);
-    let n = found.pairs.len();
+/// Whether enough of the nearest matches have about the same disparity.
+fn is_supported(surface: &DisparitySurface, i: usize, spacing: f64, confirmed: bool) -> bool {
+    let near = surface.near(surface.point(i), SUPPORT_NEIGHBOURS, SUPPORT_RADIUS * spacing, i);
+    let (needed, step) = if confirmed { CONFIRMED_SUPPORT } else { UNCONFIRMED_SUPPORT };
+    let close = |n: &&usize| (surface.disparity(**n) - surface.disparity(i)).abs() < step * spacing;
+    near.iter().filter(close).count() >= needed
+}
+
+/// Components of matches without a step of disparity.
+struct Components {
+    /// Component of every match.
+    of_match: Vec<usize>,
+    /// Matches of every component.
+    sizes: Vec<usize>,
+}
+
+fn components(
+    evidence: &Evidence<'_>,
+    params: &LatticeParams,
+    found: &LatticeMatches,
+) -> Components {
+    let surface = DisparitySurface::new(evidence, &found.matches);
+    let n = found.matches.len();
     let step = params.max_step * evidence.spacing_px;
-    let mut piece = vec![usize::MAX; n];
+    let radius = LINK_RADIUS * evidence.spacing_px;
+    let mut of_match = vec![usize::MAX; n];
     let mut sizes = Vec::new();
     for start in 0..n {
-        if piece[start] != usize::MAX {
+        if of_match[start] != usize::MAX {
             continue;
         }
-        piece[start] = sizes.len();
-        let mut stack = vec![start];
+        of_match[start] = sizes.len();
+        let mut open = vec![start];
         let mut size = 0;
-        while let Some(i) = stack.pop() {
+        while let Some(i) = open.pop() {
             size += 1;
-            for k in surface.near(surface.point(i), 8, 2.1 * evidence.spacing_px, i) {
+            for k in surface.near(surface.point(i), LINK_NEIGHBOURS, radius, i) {
                 let smooth = (surface.disparity(k) - surface.disparity(i)).abs() < step;
-                if smooth && piece[k] == usize::MAX {
-                    piece[k] = sizes.len();
-                    stack.push(k);
+                if smooth && of_match[k] == usize::MAX {
+                    of_match[k] = sizes.len();
+                    open.push(k);
                 }
             }
         }
         sizes.push(size);
     }
-    piece.into_iter().map(|p| (p, sizes[p])).collect()
+    Components { of_match, sizes }
 }
 
-/// Drops the smooth pieces that lie far behind the subject, or before it, and tells how many
-/// matches went.
-pub(super) fn background(
+/// Drops the components far behind the subject or in front of it; returns the number of matches
+/// dropped.
+pub(super) fn drop_background(
     evidence: &Evidence<'_>,
-    rig: Option<&RectifiedRig>,
     params: &LatticeParams,
-    found: &mut Found,
+    found: &mut LatticeMatches,
 ) -> usize {
-    let range = found.subject_range(rig, params, evidence.spacing_px);
-    let pieces = pieces(evidence, params, found);
-    let surface = Surface::new(evidence, &found.pairs);
-    let mut disparities = vec![Vec::new(); found.pairs.len()];
-    for (i, (piece, _)) in pieces.iter().enumerate() {
-        disparities[*piece].push(surface.disparity(i));
+    let range = found.subject_range(evidence, params);
+    let Components { of_match, sizes } = components(evidence, params, found);
+    let surface = DisparitySurface::new(evidence, &found.matches);
+    let mut disparities = vec![Vec::new(); sizes.len()];
+    for (i, component) in of_match.iter().enumerate() {
+        disparities[*component].push(surface.disparity(i));
     }
     let middle: Vec<f64> = disparities.iter().map(|d| median(d).unwrap_or(f64::NAN)).collect();
-    let before = found.pairs.len();
-    let mut keep = pieces.iter().map(|(piece, _)| range.contains(&middle[*piece]));
-    found.pairs.retain(|_| keep.next().unwrap_or(false));
-    before - found.pairs.len()
+    let before = found.matches.len();
+    let mut keep = of_match.iter().map(|component| range.contains(&middle[*component]));
+    found.matches.retain(|_| keep.next().unwrap_or(false));
+    before - found.matches.len()
 }

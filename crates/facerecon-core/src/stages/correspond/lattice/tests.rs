@@ -1,11 +1,11 @@
-//! Lattices projected onto surfaces of known shape, seen by two level cameras.
+//! Lattices projected onto surfaces of known shape, photographed by two level cameras.
 
 use super::*;
 use crate::camera::{Rectification, RectifiedRig, StereoRig};
 use crate::data::{Dot, Gray, Pattern, PatternKind};
 use crate::math::Vec3;
 
-/// A projector above the cameras, a surface `z(x, y)`, and skin whose brightness varies.
+/// A projector above the cameras, a surface `z(x, y)`, and its brightness `texture(x, y)`.
 struct Scene {
     depth: fn(f64, f64) -> f64,
     texture: fn(f64, f64) -> f64,
@@ -23,7 +23,7 @@ fn head(x: f64, y: f64) -> f64 {
     1000.0 + 0.006 * x * x + 0.003 * y * y - 22.0 * (-(x * x + (y - 10.0).powi(2)) / 300.0).exp()
 }
 
-/// Blotches of a few millimetres that do not repeat.
+/// Spots of a few millimetres that do not repeat.
 fn freckles(x: f64, y: f64) -> f64 {
     let wave = |a: f64, b: f64, c: f64| (a * x + b * y + c).sin();
     let coarse = wave(0.113, 0.071, 0.0) + wave(-0.087, 0.149, 1.0) + wave(0.191, -0.053, 2.0);
@@ -31,7 +31,7 @@ fn freckles(x: f64, y: f64) -> f64 {
     90.0 + 9.0 * coarse + 7.0 * fine
 }
 
-fn bare(_: f64, _: f64) -> f64 {
+fn uniform(_: f64, _: f64) -> f64 {
     90.0
 }
 
@@ -43,11 +43,11 @@ struct View {
     plain: [Gray; 2],
 }
 
-fn look(scene: &Scene) -> View {
+fn render(scene: &Scene) -> View {
     let shift = FOCAL * BASELINE / 1000.0 / 2.0;
     let centre =
         |sign: f64| Vec2::new(SIZE.0 as f64 / 2.0 - 0.5 - sign * shift, SIZE.1 as f64 / 2.0 - 0.5);
-    // The left camera sits at the origin, the subject midway before both.
+    // The left camera is at the origin, the subject in front of the midpoint of both.
     let rig = StereoRig::parallel(BASELINE, FOCAL, centre(1.0), centre(-1.0));
     let rig = Rectification::from_rig(&rig, SIZE).rig.unwrap();
     let middle = BASELINE / 2.0;
@@ -58,7 +58,7 @@ fn look(scene: &Scene) -> View {
     for row in -scene.size.1 / 2..=scene.size.1 / 2 {
         for column in -scene.size.0 / 2..=scene.size.0 / 2 {
             let (u, v) = (f64::from(column) * spacing, f64::from(row) * spacing);
-            // aimed at the subject's middle from the projector's own height
+            // aimed at the centre of the subject from the height of the projector
             let aim = -scene.projector.y / 1000.0;
             let ray = Vec3::new(cos * u - sin * v, sin * u + cos * v + aim, 1.0);
             let start = scene.projector + Vec3::new(middle, 0.0, 0.0);
@@ -76,13 +76,13 @@ fn look(scene: &Scene) -> View {
                     && q.y > 3.0
                     && q.x < SIZE.0 as f64 - 4.0
                     && q.y < SIZE.1 as f64 - 4.0;
-                // nothing nearer on the way from the camera
+                // the surface does not occlude the point
                 let camera = Vec3::new(side as f64 * BASELINE, 0.0, 0.0);
-                let clear = (60..100).all(|k| {
-                    let on_way = camera + (p - camera) * (f64::from(k) / 100.0);
-                    on_way.z < surface(&on_way) + 1.0
+                let visible = (60..100).all(|k| {
+                    let on_ray = camera + (p - camera) * (f64::from(k) / 100.0);
+                    on_ray.z < surface(&on_ray) + 1.0
                 });
-                if inside && clear {
+                if inside && visible {
                     // a few hundredths of a pixel of noise, different in both photos
                     let jitter = 0.05 * (37.0 * q.x + 91.0 * q.y).sin();
                     let position = q + Vec2::new(jitter, -jitter);
@@ -117,17 +117,16 @@ fn run(view: &View, rotation: f64, plain: bool) -> Result<Correspondence, Corres
         left: &view.dots[0],
         right: &view.dots[1],
         spacing_px: 10.0,
-        images: [&view.plain[0], &view.plain[1]],
         plain: plain.then_some([&view.plain[0], &view.plain[1]]),
         pattern: &pattern,
         seeds: None,
         rig: Some(&view.rig),
     };
-    lattice(&input, &LatticeParams::default(), &())
+    match_by_lattice(&input, &LatticeParams::default(), &())
 }
 
-/// Share of the dots seen in both photos that are matched, and number of wrong matches.
-fn judge(view: &View, found: &Correspondence) -> (f64, usize) {
+/// Share of the dots visible in both photos that are matched, and number of wrong matches.
+fn recall_and_errors(view: &View, found: &Correspondence) -> (f64, usize) {
     let cell = |side: usize, p: Vec2| {
         let i = view.dots[side].iter().position(|d| d.position == p).unwrap();
         view.cells[side][i]
@@ -146,17 +145,17 @@ const FACE: Scene = Scene {
 };
 
 #[test]
-fn a_curved_face_is_matched_without_marks() {
-    let view = look(&FACE);
+fn a_curved_face_is_matched_without_seeds() {
+    let view = render(&FACE);
     for plain in [true, false] {
-        let (recall, wrong) = judge(&view, &run(&view, 0.0, plain).unwrap());
+        let (recall, wrong) = recall_and_errors(&view, &run(&view, 0.0, plain).unwrap());
         assert!(recall > 0.98 && wrong == 0, "plain {plain}: recall {recall}, {wrong} wrong");
     }
 }
 
 #[test]
-fn missing_and_false_dots_do_no_harm() {
-    let mut view = look(&FACE);
+fn missing_and_false_dots_cause_no_wrong_matches() {
+    let mut view = render(&FACE);
     for side in 0..2 {
         let keep: Vec<bool> = view.dots[side]
             .iter()
@@ -179,33 +178,33 @@ fn missing_and_false_dots_do_no_harm() {
             view.cells[side].push([1000 + i, 1000 * (1 + side as i32)]);
         }
     }
-    let (recall, wrong) = judge(&view, &run(&view, 0.0, true).unwrap());
+    let (recall, wrong) = recall_and_errors(&view, &run(&view, 0.0, true).unwrap());
     assert!(recall > 0.95 && wrong <= 2, "recall {recall}, {wrong} wrong");
 }
 
 #[test]
-fn a_step_of_depth_does_not_carry_a_wrong_count() {
+fn labels_off_by_one_beyond_a_step_of_depth_are_not_matched() {
     fn stepped(x: f64, y: f64) -> f64 {
         head(x, y) + if y > 45.0 { 38.0 } else { 0.0 }
     }
-    let view = look(&Scene { depth: stepped, ..FACE });
-    let (recall, wrong) = judge(&view, &run(&view, 0.0, true).unwrap());
+    let view = render(&Scene { depth: stepped, ..FACE });
+    let (recall, wrong) = recall_and_errors(&view, &run(&view, 0.0, true).unwrap());
     assert!(recall > 0.93 && wrong <= 2, "recall {recall}, {wrong} wrong");
 }
 
 #[test]
-fn a_level_textured_wall_needs_the_plain_pair_and_a_bare_one_is_refused() {
-    // The projector at the cameras' height on a plane: every shift has level rows.
+fn a_level_textured_wall_needs_the_plain_pair_and_a_uniform_one_is_refused() {
+    // A projector at the height of the cameras and a plane: every shift has level rows.
     fn flat(_: f64, _: f64) -> f64 {
         1000.0
     }
     let level = Vec3::new(0.0, 0.0, 0.0);
     let wall = Scene { depth: flat, projector: level, ..FACE };
-    let view = look(&wall);
-    let (recall, wrong) = judge(&view, &run(&view, 0.0, true).unwrap());
+    let view = render(&wall);
+    let (recall, wrong) = recall_and_errors(&view, &run(&view, 0.0, true).unwrap());
     assert!(recall > 0.95 && wrong == 0, "recall {recall}, {wrong} wrong");
 
-    let view = look(&Scene { texture: bare, ..wall });
+    let view = render(&Scene { texture: uniform, ..wall });
     for plain in [true, false] {
         let error = run(&view, 0.0, plain).unwrap_err();
         assert!(matches!(error, CorrespondError::Ambiguous { .. }), "{error}");
@@ -214,15 +213,15 @@ fn a_level_textured_wall_needs_the_plain_pair_and_a_bare_one_is_refused() {
 }
 
 #[test]
-fn a_wall_behind_does_not_join_the_face() {
+fn a_wall_behind_the_face_is_left_out() {
     fn face_and_wall(x: f64, y: f64) -> f64 {
         if x * x / 3600.0 + y * y / 6400.0 < 1.0 { head(x, y) } else { 1400.0 }
     }
-    let view = look(&Scene { depth: face_and_wall, size: (60, 60), ..FACE });
+    let view = render(&Scene { depth: face_and_wall, size: (60, 60), ..FACE });
     let found = run(&view, 0.0, true).unwrap();
     let near = view.rig.disparity_px(1150.0);
     let behind = found.matches.iter().filter(|m| m.disparity() < near).count();
-    let (_, wrong) = judge(&view, &found);
+    let (_, wrong) = recall_and_errors(&view, &found);
     let faces = (0..view.dots[0].len())
         .filter(|i| {
             let partner = view.cells[1].iter().position(|c| *c == view.cells[0][*i]);
@@ -231,22 +230,22 @@ fn a_wall_behind_does_not_join_the_face() {
         })
         .count();
     let matched = found.matches.len() - behind;
-    // the rim, where the plain pair shows face and wall in one window, may be lost
+    // the silhouette, where a patch of the plain pair shows face and wall, may be lost
     assert!(matched * 100 > 80 * faces && faces > 300, "{matched} of {faces}");
     assert!(behind * 50 < faces && wrong * 50 < faces, "{behind} behind, {wrong} wrong");
 }
 
 #[test]
-fn rotated_lattices_match_as_well() {
+fn rotated_lattices_are_matched() {
     for rotation in [(1.0_f64 / 3.0).atan(), -0.2] {
-        let view = look(&Scene { rotation, ..FACE });
-        let (recall, wrong) = judge(&view, &run(&view, rotation, true).unwrap());
+        let view = render(&Scene { rotation, ..FACE });
+        let (recall, wrong) = recall_and_errors(&view, &run(&view, rotation, true).unwrap());
         assert!(recall > 0.97 && wrong == 0, "{rotation}: recall {recall}, {wrong} wrong");
     }
 }
 
 #[test]
-fn dots_in_no_order_are_refused() {
+fn dots_without_a_lattice_are_refused() {
     let scatter = |seed: f64| -> Vec<Dot> {
         (0..8)
             .map(|i| {
@@ -256,7 +255,7 @@ fn dots_in_no_order_are_refused() {
             })
             .collect()
     };
-    let mut view = look(&Scene { size: (2, 2), ..FACE });
+    let mut view = render(&Scene { size: (2, 2), ..FACE });
     view.dots = [scatter(0.3), scatter(0.8)];
     let error = run(&view, 0.0, false).unwrap_err();
     assert!(matches!(error, CorrespondError::NoLattice { photo: "left", .. }), "{error}");

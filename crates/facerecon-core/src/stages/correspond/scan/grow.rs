@@ -1,21 +1,31 @@
-//! Growing from the marked pairs.
+//! Matches grow from the seeds.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use super::limits::Limits;
 use super::plane::plane_at_origin;
-use super::seeds::Window;
-use super::{CorrespondError, Limits, Marked};
+use super::window::HeadWindow;
 use crate::math::Vec2;
-use crate::observer::{Cancelled, Observer};
+use crate::observer::Observer;
 use crate::spatial::PointIndex;
+use crate::stages::correspond::error::CorrespondError;
+use crate::stages::correspond::matches::IndexedMatch;
 
-/// A left dot that waits for its turn, with the dot of the right photo that would be its match.
+/// Matches between two calls of the observer.
+const CHECK_EVERY: usize = 256;
+/// Weight of a pixel of residual against a pixel of distance in the cost of a candidate.
+const RESIDUAL_WEIGHT: f64 = 3.0;
+/// Least weight of a matched neighbour in the plane of disparity, however far it is.
+const MIN_WEIGHT: f64 = 1e-6;
+
+/// A left dot with the right dot that would be its match.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     cost: f64,
     left: usize,
     right: usize,
+    /// Difference from the predicted position in the right photo, pixels.
     residual: f64,
 }
 
@@ -31,7 +41,7 @@ impl PartialOrd for Candidate {
     }
 }
 impl Ord for Candidate {
-    // the heap gives its greatest: cheapest first, then the dots' order
+    // the heap returns its greatest: lowest cost first, then the order of the dots
     fn cmp(&self, other: &Self) -> Ordering {
         other
             .cost
@@ -41,33 +51,32 @@ impl Ord for Candidate {
     }
 }
 
-/// The photos' dots and which of them are marked ("red" in the thesis).
-struct Scan<'a> {
+/// The dots of both photos and which of them are matched ("red" in the thesis).
+struct Growth<'a> {
     left: &'a [Vec2],
     right: &'a [Vec2],
     left_index: PointIndex<2>,
     right_index: PointIndex<2>,
-    /// For each left dot its marked correspondent.
+    /// For each left dot its right dot.
     of_left: Vec<Option<usize>>,
-    /// For each right dot its marked correspondent.
+    /// For each right dot its left dot.
     of_right: Vec<Option<usize>>,
-    window: &'a Window,
+    window: &'a HeadWindow,
     limits: &'a Limits,
 }
 
-/// Grows the marked pairs over both photos, the best candidate first: after each pair is marked, the
-/// left photo offers the white dots around it, and the right photo answers with the dot at the same
-/// distance from the marked correspondent.
+/// Grows matches from the seeds, the candidate of the lowest cost first. After each match the
+/// unmatched left dots around it are searched, each by its distance to the nearest matched dot.
 pub(super) fn grow(
     left: &[Vec2],
     right: &[Vec2],
-    seeds: &[Marked],
-    window: &Window,
+    seeds: &[IndexedMatch],
+    window: &HeadWindow,
     limits: &Limits,
     observer: &dyn Observer,
-) -> Result<Vec<Marked>, CorrespondError> {
+) -> Result<Vec<IndexedMatch>, CorrespondError> {
     let no_dots = |photo| CorrespondError::NoDots { photo };
-    let mut scan = Scan {
+    let mut growth = Growth {
         left,
         right,
         left_index: PointIndex::<2>::new(left).ok_or(no_dots("left"))?,
@@ -77,66 +86,71 @@ pub(super) fn grow(
         window,
         limits,
     };
-    let mut grown: Vec<Marked> = Vec::new();
-    let mut waiting = BinaryHeap::new();
+    let mut grown: Vec<IndexedMatch> = Vec::new();
+    let mut candidates = BinaryHeap::new();
     for seed in seeds {
-        scan.of_left[seed.left] = Some(seed.right);
-        scan.of_right[seed.right] = Some(seed.left);
+        growth.pair(seed.left, seed.right);
         grown.push(*seed);
     }
     for seed in seeds {
-        scan.offer_around(seed.left, &mut waiting);
+        growth.push_candidates_around(seed.left, &mut candidates);
     }
-    while let Some(candidate) = waiting.pop() {
-        if grown.len().is_multiple_of(256) && observer.cancelled() {
-            return Err(Cancelled.into());
+    while let Some(candidate) = candidates.pop() {
+        if grown.len().is_multiple_of(CHECK_EVERY) {
+            observer.check()?;
         }
-        if scan.of_left[candidate.left].is_some() {
+        if growth.of_left[candidate.left].is_some() {
             continue;
         }
-        if scan.of_right[candidate.right].is_some() {
-            // taken meanwhile: the left dot may still find another
-            waiting.extend(scan.search(candidate.left).filter(|c| c.cost > candidate.cost));
+        if growth.of_right[candidate.right].is_some() {
+            // matched since: the left dot may still find another
+            let other = growth.find_candidate(candidate.left);
+            candidates.extend(other.filter(|c| c.cost > candidate.cost));
             continue;
         }
-        scan.of_left[candidate.left] = Some(candidate.right);
-        scan.of_right[candidate.right] = Some(candidate.left);
+        growth.pair(candidate.left, candidate.right);
         let score = 1.0 - candidate.residual / limits.distance;
-        grown.push(Marked { left: candidate.left, right: candidate.right, score });
-        scan.offer_around(candidate.left, &mut waiting);
+        grown.push(IndexedMatch { left: candidate.left, right: candidate.right, score });
+        growth.push_candidates_around(candidate.left, &mut candidates);
     }
     Ok(grown)
 }
 
-impl Scan<'_> {
-    /// Offers the white left dots around a newly marked one.
-    fn offer_around(&self, marked: usize, waiting: &mut BinaryHeap<Candidate>) {
-        let p = self.left[marked];
+impl Growth<'_> {
+    /// Marks two dots as matched.
+    fn pair(&mut self, left: usize, right: usize) {
+        self.of_left[left] = Some(right);
+        self.of_right[right] = Some(left);
+    }
+
+    /// Searches the unmatched left dots around a newly matched one.
+    fn push_candidates_around(&self, matched: usize, candidates: &mut BinaryHeap<Candidate>) {
+        let p = self.left[matched];
         for near in self.left_index.within(&[p.x, p.y], self.limits.reach) {
-            if self.of_left[near.index].is_none() && self.window.holds(self.left[near.index]) {
-                waiting.extend(self.search(near.index));
+            if self.of_left[near.index].is_none() && self.window.contains(self.left[near.index]) {
+                candidates.extend(self.find_candidate(near.index));
             }
         }
     }
 
-    /// The turn of the right photo: the white dot there that stands to the marked dots as the left
-    /// dot does to theirs.
-    fn search(&self, dot: usize) -> Option<Candidate> {
+    /// The unmatched right dot that is placed to the matched dots of the right photo as the left dot
+    /// is to those of the left photo.
+    fn find_candidate(&self, dot: usize) -> Option<Candidate> {
         let p = self.left[dot];
-        let marked = self.marked_around(p, dot);
-        let nearest = *marked.first()?;
+        let matched = self.matched_around(p, dot);
+        let nearest = *matched.first()?;
         let correspondent = self.right[self.of_left[nearest.0]?];
-        // step 1 and 2 of the thesis: distance to the nearest marked dot in the left photo
+        // steps 1 and 2 of the thesis: distance to the nearest matched dot in the left photo
         let distance_left = nearest.1;
-        let expected = p.x - self.disparity(p, &marked);
+        let expected = p.x - self.predicted_disparity(p, &matched);
         let mut best: Option<(f64, usize)> = None;
-        let reach = self.limits.distance + self.limits.rows;
-        for near in self.right_index.within(&[expected, p.y], reach) {
+        let radius = self.limits.distance + self.limits.rows;
+        for near in self.right_index.within(&[expected, p.y], radius) {
             let q = self.right[near.index];
             if self.of_right[near.index].is_some() || (q.y - p.y).abs() > self.limits.rows {
                 continue;
             }
-            // step 3 and 4: the same distance to the correspondent in the right photo
+            // steps 3 and 4: the same distance to the correspondent in the right photo
             let distance_right = (q - correspondent).norm();
             let residual = (q.x - expected).abs();
             if (distance_right - distance_left).abs() < self.limits.distance
@@ -147,18 +161,14 @@ impl Scan<'_> {
             }
         }
         let (residual, right) = best?;
-        // near and unsurprising first; few marked neighbours are a surprise too
-        let lonely = self.limits.spacing / marked.len() as f64;
-        Some(Candidate {
-            cost: distance_left + 3.0 * residual + lonely,
-            left: dot,
-            right,
-            residual,
-        })
+        // few matched neighbours predict less reliably
+        let isolation = self.limits.spacing / matched.len() as f64;
+        let cost = distance_left + RESIDUAL_WEIGHT * residual + isolation;
+        Some(Candidate { cost, left: dot, right, residual })
     }
 
-    /// Marked left dots around a place, nearest first, without the dot itself.
-    fn marked_around(&self, p: Vec2, dot: usize) -> Vec<(usize, f64)> {
+    /// Matched left dots around a position with their distances, nearest first, without `dot`.
+    fn matched_around(&self, p: Vec2, dot: usize) -> Vec<(usize, f64)> {
         let near = self.left_index.within(&[p.x, p.y], self.limits.reach);
         near.iter()
             .filter(|n| n.index != dot && self.of_left[n.index].is_some())
@@ -166,14 +176,14 @@ impl Scan<'_> {
             .collect()
     }
 
-    /// Disparity expected at a place: a line of disparity over x and y through the marked dots
-    /// around it, held close to the nearest ones' values.
-    fn disparity(&self, p: Vec2, marked: &[(usize, f64)]) -> f64 {
-        let values: Vec<(Vec2, f64, f64)> = marked
+    /// Disparity expected at a position: a plane through the matched dots around it, with weights
+    /// that fall with the distance (Gaussian of one spacing).
+    fn predicted_disparity(&self, p: Vec2, matched: &[(usize, f64)]) -> f64 {
+        let values: Vec<(Vec2, f64, f64)> = matched
             .iter()
             .filter_map(|&(i, distance)| {
                 let q = self.right[self.of_left[i]?];
-                let weight = (-(distance / self.limits.spacing).powi(2) / 2.0).exp() + 1e-6;
+                let weight = (-(distance / self.limits.spacing).powi(2) / 2.0).exp() + MIN_WEIGHT;
                 Some((self.left[i] - p, self.left[i].x - q.x, weight))
             })
             .collect();

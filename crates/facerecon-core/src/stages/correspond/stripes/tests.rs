@@ -1,6 +1,7 @@
-//! Stripes of random width and colour on a bulging surface, seen by two level cameras.
+//! Stripes of random width and colour on a curved surface, photographed by two level cameras.
 
 use super::*;
+use crate::math::median;
 
 const SIZE: (usize, usize) = (420, 120);
 const COLORS: [[f64; 3]; 7] = [
@@ -17,7 +18,7 @@ fn random(i: usize) -> f64 {
     ((i as f64 * 12.9898 + 4.1).sin() * 43_758.545_3).rem_euclid(1.0)
 }
 
-/// Begin, end and colour of the stripes over the projected coordinate.
+/// Begin, end and colour of the stripes along the projected coordinate.
 fn stripes() -> Vec<(f64, f64, [f64; 3])> {
     let mut at = -40.0;
     (0..40)
@@ -45,7 +46,7 @@ fn photo(side: f64, wall: bool, noise: f64) -> Rgb {
             let mut sum = [0.0; 3];
             for sub in 0..4 {
                 let seen = x as f64 + (f64::from(sub) - 1.5) / 4.0;
-                // where between the photos the pixel looks at: x + side * disparity = seen
+                // solves x + side * disparity(x) = seen for the position midway between the photos
                 let mut middle = seen;
                 for _ in 0..30 {
                     middle = seen - side * disparity(middle, y as f64, wall);
@@ -78,20 +79,20 @@ fn errors(found: &Correspondence, wall: bool) -> (f64, f64, usize) {
 }
 
 #[test]
-fn stripes_on_a_bulge_are_matched_to_a_tenth_of_a_pixel() {
+fn stripes_on_a_curved_surface_are_matched_to_a_tenth_of_a_pixel() {
     for (noise, exact) in [(2.0, 0.06), (40.0, 0.15)] {
         let images = [photo(0.5, false, noise), photo(-0.5, false, noise)];
         let params = StripesParams::default();
         let found = correspond_stripes([&images[0], &images[1]], None, &params, &()).unwrap();
         let (middle, worst, count) = errors(&found, false);
-        // 40 rows with some 60 edges each
+        // 40 rows with about 60 edges each
         assert!(count > 1500, "noise {noise}: {count}");
         assert!(middle < exact && worst < 1.5, "noise {noise}: {middle} {worst}");
     }
 }
 
 #[test]
-fn stripes_on_the_wall_behind_are_left_out() {
+fn stripes_on_a_wall_behind_the_surface_are_left_out() {
     let images = [photo(0.5, true, 4.0), photo(-0.5, true, 4.0)];
     let found =
         correspond_stripes([&images[0], &images[1]], None, &StripesParams::default(), &()).unwrap();
