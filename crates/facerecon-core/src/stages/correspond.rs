@@ -47,7 +47,8 @@ settings! {
 /// Fewest matches of a result; a face has some hundreds.
 const MIN_MATCHES: usize = 12;
 
-/// Matches the dots of both photos. Every warning of the result is also reported to the observer.
+/// Matches the dots of both photos. Warns the observer of seeds that contradict each other and of
+/// matches that were left out.
 ///
 /// # Errors
 /// [`CorrespondError`] where a photo has no dots, a seed is not on a dot, the lattice is missing or
@@ -93,26 +94,19 @@ pub fn correspond(
             return Err(CorrespondError::NoDots { photo });
         }
     }
-    let found = match params.method {
+    let matches = match params.method {
         CorrespondMethod::Scan => scan::match_by_scan(input, &params.scan, observer)?,
         CorrespondMethod::Lattice => lattice::match_by_lattice(input, &params.lattice, observer)?,
     };
-    observer.event(&Event::Count {
-        stage: "correspond",
-        what: "matches",
-        count: found.matches.len(),
-    });
-    for warning in &found.warnings {
-        observer.warn("correspond", warning);
-    }
-    if found.matches.len() < MIN_MATCHES {
+    observer.event(&Event::Count { stage: "correspond", what: "matches", count: matches.len() });
+    if matches.len() < MIN_MATCHES {
         return Err(CorrespondError::TooFewMatches {
             candidates: "dots",
-            got: found.matches.len(),
+            got: matches.len(),
             needed: MIN_MATCHES,
             left: input.left.len(),
             right: input.right.len(),
         });
     }
-    Ok(found)
+    Ok(Correspondence { matches })
 }

@@ -32,7 +32,7 @@ pub use params::LatticeParams;
 
 use super::error::CorrespondError;
 use super::input::CorrespondInput;
-use super::matches::{Correspondence, sort_in_raster_order};
+use super::matches::sort_in_raster_order;
 use crate::data::{Dot, Match};
 use crate::math::Vec2;
 use crate::observer::Observer;
@@ -54,7 +54,7 @@ pub(super) fn match_by_lattice(
     input: &CorrespondInput<'_>,
     params: &LatticeParams,
     observer: &dyn Observer,
-) -> Result<Correspondence, CorrespondError> {
+) -> Result<Vec<Match>, CorrespondError> {
     let spacing_px = input.spacing_px;
     if !(spacing_px > 0.0 && spacing_px.is_finite()) {
         let (columns, rows) = (input.pattern.columns, input.pattern.rows);
@@ -75,13 +75,13 @@ pub(super) fn match_by_lattice(
     extend::extend(&evidence, &mut found);
     prune::drop_outliers(&evidence, params, &mut found);
     let dropped = prune::drop_background(&evidence, params, &mut found);
-    let mut warnings = Vec::new();
     if dropped > 0 {
-        warnings.push(format!(
+        let warning = format!(
             "{dropped} matches far behind or in front of the subject (probably a wall) were left out"
-        ));
+        );
+        observer.warn("correspond", &warning);
     }
-    Ok(Correspondence { matches: to_matches(&evidence, &found), warnings })
+    Ok(to_matches(&evidence, &found))
 }
 
 /// Labels the dots of both photos.

@@ -7,8 +7,6 @@ use crate::data::Match;
 pub struct Correspondence {
     /// In raster order of the left positions; each dot is in at most one match.
     pub matches: Vec<Match>,
-    /// What the user should know; each is also an event.
-    pub warnings: Vec<String>,
 }
 
 /// A match by the indices of its dots.

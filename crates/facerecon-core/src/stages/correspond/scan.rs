@@ -13,7 +13,7 @@ pub use params::ScanParams;
 
 use super::error::CorrespondError;
 use super::input::CorrespondInput;
-use super::matches::{Correspondence, sort_in_raster_order};
+use super::matches::sort_in_raster_order;
 use crate::data::Match;
 use crate::math::Vec2;
 use crate::observer::Observer;
@@ -25,11 +25,14 @@ pub(super) fn match_by_scan(
     input: &CorrespondInput<'_>,
     params: &ScanParams,
     observer: &dyn Observer,
-) -> Result<Correspondence, CorrespondError> {
+) -> Result<Vec<Match>, CorrespondError> {
     let limits = Limits::new(input, params)?;
     let left: Vec<Vec2> = input.left.iter().map(|d| d.position).collect();
     let right: Vec<Vec2> = input.right.iter().map(|d| d.position).collect();
     let seeds = seeds::snap_to_dots(input.seeds.as_ref(), &left, &right, &limits)?;
+    if let Some(warning) = seeds::disparity_warning(&seeds, &left, &right) {
+        observer.warn("correspond", &warning);
+    }
     let window = HeadWindow::new(&seeds, &left, params.window);
     let grown = grow::grow(&left, &right, &seeds, &window, &limits, observer)?;
     let consistent = consistency::keep_consistent(grown, seeds.len(), &left, &right, &limits);
@@ -44,6 +47,5 @@ pub(super) fn match_by_scan(
         })
         .collect();
     sort_in_raster_order(&mut matches);
-    let warnings = seeds::disparity_warning(&seeds, &left, &right).into_iter().collect();
-    Ok(Correspondence { matches, warnings })
+    Ok(matches)
 }

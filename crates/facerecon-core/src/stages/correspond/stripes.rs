@@ -33,8 +33,8 @@ use vote::{EdgeMatch, vote};
 /// Fewest matches of a result; a face has some thousands.
 const MIN_MATCHES: usize = 60;
 
-/// Matches the edges of the stripes of two rectified photos. Every warning of the result is also
-/// reported to the observer.
+/// Matches the edges of the stripes of two rectified photos. Warns the observer of matches that were left
+/// out.
 ///
 /// `images` are the photos `[left, right]`. `lattice` of a match is the number of the edge's chain in
 /// the left photo (not its number in the pattern) and the number of the row.
@@ -86,13 +86,11 @@ pub fn correspond_stripes(
     prune::drop_outliers(&mut matches);
     let dropped = prune::drop_background(&mut matches, images[0].width(), rig, params.gap);
     observer.event(&Event::Count { stage: "correspond", what: "matches", count: matches.len() });
-    let mut warnings = Vec::new();
     if dropped > 0 {
         let warning = format!(
             "{dropped} matches in front of or behind the subject (probably a wall) were left out"
         );
         observer.warn("correspond", &warning);
-        warnings.push(warning);
     }
     if matches.len() < MIN_MATCHES {
         return Err(CorrespondError::TooFewMatches {
@@ -103,7 +101,7 @@ pub fn correspond_stripes(
             right: right.count(),
         });
     }
-    Ok(Correspondence { matches, warnings })
+    Ok(Correspondence { matches })
 }
 
 /// The match of two edges in row `y` of the photos.

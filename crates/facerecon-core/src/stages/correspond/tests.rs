@@ -1,6 +1,7 @@
 use super::*;
 use crate::data::{Dot, Match, Pair, Pattern, PatternKind, Seeds};
 use crate::math::Vec2;
+use crate::observer::WarningCollector;
 
 const PATTERN: Pattern = Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation: 0.0 };
 
@@ -84,6 +85,14 @@ fn scene(rotation: f64, missing: f64) -> Scene {
 }
 
 fn run(scene: &Scene, params: &CorrespondParams) -> Result<Correspondence, CorrespondError> {
+    run_observed(scene, params, &())
+}
+
+fn run_observed(
+    scene: &Scene,
+    params: &CorrespondParams,
+    observer: &dyn Observer,
+) -> Result<Correspondence, CorrespondError> {
     let dots = |v: &[Vec2]| v.iter().copied().map(dot).collect::<Vec<_>>();
     let (left, right) = (dots(&scene.left), dots(&scene.right));
     let input = CorrespondInput {
@@ -95,7 +104,7 @@ fn run(scene: &Scene, params: &CorrespondParams) -> Result<Correspondence, Corre
         seeds: Some(scene.seeds),
         rig: None,
     };
-    correspond(&input, params, &())
+    correspond(&input, params, observer)
 }
 
 fn by_scan() -> CorrespondParams {
@@ -166,6 +175,21 @@ fn seeds_off_a_dot_or_row_are_refused_with_the_distance() {
         CorrespondError::SeedRows { seed: "head", rows_px, .. } => assert!(rows_px > 5.0),
         other => panic!("{other}"),
     }
+}
+
+#[test]
+fn seeds_of_impossible_depth_are_reported_once() {
+    let mut wrong = scene(0.0, 0.0);
+    let target = wrong.seeds.left_ear.right + Vec2::new(140.0, 0.0);
+    let distance = |p: &&Vec2| (**p - target).norm();
+    let nearest = wrong.right.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    wrong.seeds.left_ear.right = *nearest.unwrap();
+    let observer = WarningCollector::new(&());
+    // whether enough matches grow from such seeds does not matter here
+    let _ = run_observed(&wrong, &by_scan(), &observer);
+    let warnings = observer.into_warnings();
+    assert!(warnings.len() == 1, "{warnings:?}");
+    assert!(warnings[0].contains("marked pairs differ by"), "{warnings:?}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::*;
 use crate::camera::{Rectification, RectifiedRig, StereoRig};
 use crate::data::{Dot, Gray, Pattern, PatternKind};
 use crate::math::Vec3;
+use crate::observer::WarningCollector;
 
 /// A projector above the cameras, a surface `z(x, y)`, and its brightness `texture(x, y)`.
 struct Scene {
@@ -111,7 +112,16 @@ fn render(scene: &Scene) -> View {
     View { rig, dots, cells, plain: [photo(0), photo(1)] }
 }
 
-fn run(view: &View, rotation: f64, plain: bool) -> Result<Correspondence, CorrespondError> {
+fn run(view: &View, rotation: f64, plain: bool) -> Result<Vec<Match>, CorrespondError> {
+    run_observed(view, rotation, plain, &())
+}
+
+fn run_observed(
+    view: &View,
+    rotation: f64,
+    plain: bool,
+    observer: &dyn Observer,
+) -> Result<Vec<Match>, CorrespondError> {
     let pattern = Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation };
     let input = CorrespondInput {
         left: &view.dots[0],
@@ -122,18 +132,18 @@ fn run(view: &View, rotation: f64, plain: bool) -> Result<Correspondence, Corres
         seeds: None,
         rig: Some(&view.rig),
     };
-    match_by_lattice(&input, &LatticeParams::default(), &())
+    match_by_lattice(&input, &LatticeParams::default(), observer)
 }
 
 /// Share of the dots visible in both photos that are matched, and number of wrong matches.
-fn recall_and_errors(view: &View, found: &Correspondence) -> (f64, usize) {
+fn recall_and_errors(view: &View, found: &[Match]) -> (f64, usize) {
     let cell = |side: usize, p: Vec2| {
         let i = view.dots[side].iter().position(|d| d.position == p).unwrap();
         view.cells[side][i]
     };
-    let right = found.matches.iter().filter(|m| cell(0, m.left) == cell(1, m.right)).count();
+    let right = found.iter().filter(|m| cell(0, m.left) == cell(1, m.right)).count();
     let both = view.cells[0].iter().filter(|c| view.cells[1].contains(c)).count();
-    (right as f64 / both as f64, found.matches.len() - right)
+    (right as f64 / both as f64, found.len() - right)
 }
 
 const FACE: Scene = Scene {
@@ -218,9 +228,12 @@ fn a_wall_behind_the_face_is_left_out() {
         if x * x / 3600.0 + y * y / 6400.0 < 1.0 { head(x, y) } else { 1400.0 }
     }
     let view = render(&Scene { depth: face_and_wall, size: (60, 60), ..FACE });
-    let found = run(&view, 0.0, true).unwrap();
+    let warnings = WarningCollector::new(&());
+    let found = run_observed(&view, 0.0, true, &warnings).unwrap();
+    let warnings = warnings.into_warnings();
+    assert!(warnings.iter().all(|w| w.contains("probably a wall")) && warnings.len() <= 1);
     let near = view.rig.disparity_px(1150.0);
-    let behind = found.matches.iter().filter(|m| m.disparity() < near).count();
+    let behind = found.iter().filter(|m| m.disparity() < near).count();
     let (_, wrong) = recall_and_errors(&view, &found);
     let faces = (0..view.dots[0].len())
         .filter(|i| {
@@ -229,7 +242,7 @@ fn a_wall_behind_the_face_is_left_out() {
             partner.is_some_and(|j| x - view.dots[1][j].position.x > near)
         })
         .count();
-    let matched = found.matches.len() - behind;
+    let matched = found.len() - behind;
     // the silhouette, where a patch of the plain pair shows face and wall, may be lost
     assert!(matched * 100 > 80 * faces && faces > 300, "{matched} of {faces}");
     assert!(behind * 50 < faces && wrong * 50 < faces, "{behind} behind, {wrong} wrong");

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::math::median;
+use crate::observer::WarningCollector;
 
 const SIZE: (usize, usize) = (420, 120);
 const COLORS: [[f64; 3]; 7] = [
@@ -94,12 +95,14 @@ fn stripes_on_a_curved_surface_are_matched_to_a_tenth_of_a_pixel() {
 #[test]
 fn stripes_on_a_wall_behind_the_surface_are_left_out() {
     let images = [photo(0.5, true, 4.0), photo(-0.5, true, 4.0)];
-    let found =
-        correspond_stripes([&images[0], &images[1]], None, &StripesParams::default(), &()).unwrap();
+    let warnings = WarningCollector::new(&());
+    let params = StripesParams::default();
+    let found = correspond_stripes([&images[0], &images[1]], None, &params, &warnings).unwrap();
     assert!(found.matches.iter().all(|m| m.disparity() > -15.0));
     let (middle, _, count) = errors(&found, true);
     assert!(count > 600 && middle < 0.1, "{count} {middle}");
-    assert!(found.warnings[0].contains("wall"));
+    let warnings = warnings.into_warnings();
+    assert!(warnings.len() == 1 && warnings[0].contains("wall"), "{warnings:?}");
 }
 
 #[test]
