@@ -11,7 +11,7 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use facerecon_core::data::{Capture, Cloud, FEATURES, Pair};
+use facerecon_core::data::{Capture, Cloud, LANDMARKS, Pair};
 use facerecon_core::io;
 use facerecon_core::math::{Vec2, Vec3};
 use facerecon_core::pipeline::Params;
@@ -94,12 +94,12 @@ fn read(capture: &str) -> Capture {
 fn mark_landmarks(capture: &mut Capture, folder: &Path) {
     let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
     let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for name in FEATURES {
+    for name in LANDMARKS {
         let at = |side: &str| {
             let xy = &truth["features"][name][side];
             Vec2::new(xy[0].as_f64().unwrap(), xy[1].as_f64().unwrap())
         };
-        capture.features.insert(name.to_owned(), Pair { left: at("left"), right: at("right") });
+        capture.landmarks.insert(name.to_owned(), Pair { left: at("left"), right: at("right") });
     }
 }
 

@@ -11,7 +11,7 @@ mod topology;
 
 pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
 pub use cloud::{Cloud, CloudFrame};
-pub use landmarks::{FEATURES, FeaturePairs, Landmarks};
+pub use landmarks::{LANDMARKS, LandmarkPairs, Landmarks};
 pub use matches::{Dot, Match, Pair};
 pub use mesh::{Mesh, MeshError};
 pub use raster::{Gray, Raster, Rgb};

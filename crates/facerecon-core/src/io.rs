@@ -19,7 +19,7 @@ mod unit;
 pub mod vrml;
 
 pub use calibration::{Calibration, read_calibration, write_calibration};
-pub(crate) use capture::unknown_feature;
+pub(crate) use capture::unknown_landmark;
 pub use capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture, read_capture_with, write_capture,
 };

@@ -97,7 +97,7 @@ impl Capture {
             },
             rig,
             seeds,
-            features: landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect(),
+            landmarks: landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect(),
         };
         Ok(Self { capture, warnings: Vec::new() })
     }
@@ -105,7 +105,7 @@ impl Capture {
     /// The same capture with these landmarks marked, in place of its own.
     fn with_landmarks(&self, landmarks: Marks) -> Self {
         let marked = landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect();
-        let capture = CoreCapture { features: marked, ..self.capture.clone() };
+        let capture = CoreCapture { landmarks: marked, ..self.capture.clone() };
         Self { capture, warnings: self.warnings.clone() }
     }
 
@@ -153,7 +153,7 @@ impl Capture {
     /// The marked landmarks by name.
     #[getter]
     fn landmarks(&self) -> Marks {
-        self.capture.features.iter().map(|(name, mark)| (name.clone(), flat(mark))).collect()
+        self.capture.landmarks.iter().map(|(name, mark)| (name.clone(), flat(mark))).collect()
     }
 
     #[getter]

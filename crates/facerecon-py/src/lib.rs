@@ -27,7 +27,7 @@ fn cli_main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("LANDMARK_NAMES", facerecon_core::data::FEATURES)?;
+    module.add("LANDMARK_NAMES", facerecon_core::data::LANDMARKS)?;
     module.add_function(wrap_pyfunction!(cli_main, module)?)?;
     params::add(module)?;
     capture::add(module)?;

@@ -24,8 +24,8 @@ pub(super) fn read(args: &CaptureArgs) -> Result<LoadedCapture, Failure> {
     let given = CaptureFiles {
         left: args.left.clone(),
         right: args.right.clone(),
-        left_texture: args.left_plain.clone(),
-        right_texture: args.right_plain.clone(),
+        left_plain: args.left_plain.clone(),
+        right_plain: args.right_plain.clone(),
         calibration: args.calibration.clone(),
         columns: args.columns,
         rows: args.rows,

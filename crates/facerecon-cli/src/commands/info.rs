@@ -92,7 +92,7 @@ fn capture(file: &Path) -> Result<Value, Failure> {
         "calibrated": c.rig.is_some(),
         "baseline_mm": c.rig.map(|r| r.baseline_mm()),
         "seeds": c.seeds.is_some(),
-        "landmarks": c.features.len(),
+        "landmarks": c.landmarks.len(),
         "warnings": loaded.warnings,
     }))
 }

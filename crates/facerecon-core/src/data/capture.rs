@@ -1,6 +1,6 @@
 //! What one session in front of the cameras gave: photographs, pattern, rig, marks.
 
-use super::{FeaturePairs, Gray, Pair, Rgb};
+use super::{Gray, LandmarkPairs, Pair, Rgb};
 use crate::camera::{Pinhole, StereoRig};
 use crate::math::Similarity;
 
@@ -87,5 +87,5 @@ pub struct Capture {
     /// Marked pairs, original pixels.
     pub seeds: Option<Seeds>,
     /// Marked features, original pixels.
-    pub features: FeaturePairs,
+    pub landmarks: LandmarkPairs,
 }

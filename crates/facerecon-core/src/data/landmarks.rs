@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Pair;
 
 /// Names of the 18 features; left and right are as seen in the picture.
-pub const FEATURES: [&str; 18] = [
+pub const LANDMARKS: [&str; 18] = [
     "eye_left_outer",
     "eye_left_inner",
     "eye_right_inner",
@@ -29,4 +29,4 @@ pub const FEATURES: [&str; 18] = [
 /// Vertex numbers of features on a mesh, by name.
 pub type Landmarks = BTreeMap<String, usize>;
 /// Positions of features in both photos, original pixels, by name.
-pub type FeaturePairs = BTreeMap<String, Pair>;
+pub type LandmarkPairs = BTreeMap<String, Pair>;

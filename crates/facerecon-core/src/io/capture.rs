@@ -12,9 +12,9 @@ use super::calibration::{check_baseline, distortion, read_calibration, rotation}
 use super::source::{decode_text, line_of, read_bytes};
 use super::{Fault, IoError, read_photo};
 use crate::camera::StereoRig;
-use crate::data::{Capture, ExtraPhoto, FeaturePairs, Pattern, PatternKind, Photo, Seeds};
+use crate::data::{Capture, ExtraPhoto, LandmarkPairs, Pattern, PatternKind, Photo, Seeds};
 use crate::math::{Similarity, Vec2, Vec3};
-pub(crate) use check::unknown_feature;
+pub(crate) use check::unknown_landmark;
 pub use text::new_capture_toml;
 use text::{CaptureText, ExtraText, RigText};
 pub use write::write_capture;
@@ -31,9 +31,9 @@ pub struct CaptureFiles {
     /// Right photo with the pattern.
     pub right: Option<PathBuf>,
     /// Left photo without the pattern.
-    pub left_texture: Option<PathBuf>,
+    pub left_plain: Option<PathBuf>,
     /// Right photo without the pattern.
-    pub right_texture: Option<PathBuf>,
+    pub right_plain: Option<PathBuf>,
     /// Stereo calibration.
     pub calibration: Option<PathBuf>,
     /// Columns of the pattern.
@@ -120,8 +120,8 @@ impl Reader<'_> {
         let [left, right, left_plain, right_plain] = self.photos([
             (&given.left, images.left),
             (&given.right, images.right),
-            (&given.left_texture, images.left_texture),
-            (&given.right_texture, images.right_texture),
+            (&given.left_plain, images.left_plain),
+            (&given.right_plain, images.right_plain),
         ]);
         let (left, left_path) = self.required(left?, "left")?;
         let (right, right_path) = self.required(right?, "right")?;
@@ -137,7 +137,7 @@ impl Reader<'_> {
             [l, _] => {
                 let (has, lacks) = if l.is_some() { ("left", "right") } else { ("right", "left") };
                 return Err(self.fault(format!(
-                    "{has}_texture is given but {lacks}_texture is not; give both or neither"
+                    "{has}_plain is given but {lacks}_plain is not; give both or neither"
                 )));
             }
         };
@@ -151,8 +151,8 @@ impl Reader<'_> {
         let pattern =
             check::pattern(text.pattern.unwrap_or_default(), given).map_err(|m| self.fault(m))?;
         let seeds = check::seeds(text.seeds, left.size()).map_err(|m| self.fault(m))?;
-        let features = check::features(text.landmarks, left.size()).map_err(|m| self.fault(m))?;
-        let capture = Capture { left, right, plain, extra, pattern, rig, seeds, features };
+        let landmarks = check::landmarks(text.landmarks, left.size()).map_err(|m| self.fault(m))?;
+        let capture = Capture { left, right, plain, extra, pattern, rig, seeds, landmarks };
         Ok(LoadedCapture { capture, warnings: self.warnings, sources: self.sources })
     }
 

@@ -81,8 +81,8 @@ pub(super) fn features(
     views: &Rectification,
     template: &Template,
 ) -> Result<Vec<(String, Match)>, Error> {
-    let (marked, name) = (capture.features.len(), &template.name);
-    if marked > 0 && !capture.features.keys().any(|f| template.landmarks.contains_key(f)) {
+    let (marked, name) = (capture.landmarks.len(), &template.name);
+    if marked > 0 && !capture.landmarks.keys().any(|f| template.landmarks.contains_key(f)) {
         return Err(Error::Input(format!(
             "register: {marked} features are marked in the photos, but the template {name} has none \
              of them among its landmarks; give them in {name}.landmarks.toml, or take [landmarks] \
@@ -96,7 +96,7 @@ pub(super) fn features(
         sigma_px: 0.0,
         score: 1.0,
     };
-    Ok(capture.features.iter().map(|(name, pair)| (name.clone(), rectified(pair))).collect())
+    Ok(capture.landmarks.iter().map(|(name, pair)| (name.clone(), rectified(pair))).collect())
 }
 
 /// Matches and features in one list, so that both get the same units.

@@ -160,8 +160,8 @@ pub fn texture_mesh(
 ) -> Result<Texture, Error> {
     let Some(plain) = &capture.plain else {
         return Err(Error::Input(
-            "texture: the capture has no pair without the pattern; add left_texture and \
-             right_texture to capture.toml"
+            "texture: the capture has no pair without the pattern; add left_plain and \
+             right_plain to capture.toml"
                 .into(),
         ));
     };

@@ -143,7 +143,7 @@ pub enum TextureError {
     NoUv,
     /// Not enough photos.
     #[error(
-        "{got} photos without the pattern were given, but {needed} are needed; add left_texture and right_texture to the capture, or set texture.source"
+        "{got} photos without the pattern were given, but {needed} are needed; add left_plain and right_plain to the capture, or set texture.source"
     )]
     Photos {
         /// Given.

@@ -19,7 +19,7 @@ pub use files::{dots_csv, npy, write_simulated};
 pub use truth::{DotTruth, Truth};
 
 use crate::camera::RigError;
-use crate::data::{Capture, FeaturePairs, Landmarks, Mesh, Photo, Rgb};
+use crate::data::{Capture, LandmarkPairs, Landmarks, Mesh, Photo, Rgb};
 use crate::math::{Similarity, Vec3};
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::render::RenderError;
@@ -248,7 +248,7 @@ pub fn simulate(
         pattern: params.pattern.pattern(),
         rig: Some(rig.told),
         seeds: truth.seeds(),
-        features: FeaturePairs::new(),
+        landmarks: LandmarkPairs::new(),
     };
     Ok(Simulated { capture, truth })
 }

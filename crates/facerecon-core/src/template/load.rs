@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::presets::{PRESETS, Preset, preset, presets_with};
 use super::{Template, head, head_coarse};
-use crate::data::{FEATURES, Landmarks, Mesh, Rgb};
+use crate::data::{LANDMARKS, Landmarks, Mesh, Rgb};
 use crate::io::{IoError, LengthUnit, read_mesh};
 use crate::math::Vec3;
 use sidecar::Sidecar;
@@ -252,7 +252,7 @@ pub fn load_template(
     let landmarks = renumber(landmarks, count, &cropped.place_of, place)?;
     let template = Template { mesh: cropped.mesh, landmarks, ..Template::default() };
     let height_mm = check_size(path, unit, &template)?;
-    let missing = FEATURES.iter().filter(|f| !template.landmarks.contains_key(**f)).count();
+    let missing = LANDMARKS.iter().filter(|f| !template.landmarks.contains_key(**f)).count();
     if missing > 0 {
         warnings.push(format!(
             "{missing} of the 18 features have no vertex on the template; write them into {}",

@@ -3,7 +3,7 @@
 use super::asset::HalfHead;
 use super::sculpt::{Proportions, Sculpt};
 use super::{Template, head, head_coarse, make};
-use crate::data::FEATURES;
+use crate::data::LANDMARKS;
 use crate::math::Vec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -49,7 +49,7 @@ fn sizes_are_as_named() {
     for (name, t) in both() {
         assert!(t.mesh.validate().is_ok(), "{name}");
         let mut names: Vec<&str> = t.landmarks.keys().map(String::as_str).collect();
-        let mut wanted = FEATURES.to_vec();
+        let mut wanted = LANDMARKS.to_vec();
         names.sort_unstable();
         wanted.sort_unstable();
         assert_eq!(names, wanted, "{name}");
@@ -212,7 +212,7 @@ fn both_heads_are_one_surface() {
     distances.sort_by(f64::total_cmp);
     // To the nearest vertex, so at most about half of the fine head's longest edges.
     assert!(distances[distances.len() - 1] < 7.0, "{}", distances[distances.len() - 1]);
-    for name in FEATURES {
+    for name in LANDMARKS {
         let gap = (place(&fine, name) - place(&coarse, name)).norm();
         assert!(gap < 0.01, "{name}: {gap}");
     }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::text::{PairText, PatternText, SeedsText};
-use super::{CaptureFiles, FeaturePairs, Pattern, PatternKind, Seeds, Vec2};
-use crate::data::{FEATURES, Pair};
+use super::{CaptureFiles, LandmarkPairs, Pattern, PatternKind, Seeds, Vec2};
+use crate::data::{LANDMARKS, Pair};
 use crate::io::source::nearest_name;
 
 /// Most columns or rows of a pattern.
@@ -63,15 +63,15 @@ pub(super) fn seeds(
     }))
 }
 
-/// The marked features, with names that are known.
-pub(super) fn features(
+/// The marked landmarks, with names that are known.
+pub(super) fn landmarks(
     text: BTreeMap<String, PairText>,
     size: (usize, usize),
-) -> Result<FeaturePairs, String> {
+) -> Result<LandmarkPairs, String> {
     text.into_iter()
         .map(|(name, pair)| {
-            if !FEATURES.contains(&name.as_str()) {
-                return Err(format!("[landmarks] {}", unknown_feature(&name)));
+            if !LANDMARKS.contains(&name.as_str()) {
+                return Err(format!("[landmarks] {}", unknown_landmark(&name)));
             }
             let pair = pair_inside(&pair, size).map_err(|e| format!("[landmarks] {name}: {e}"))?;
             Ok((name, pair))
@@ -79,11 +79,11 @@ pub(super) fn features(
         .collect()
 }
 
-/// What to say of a feature name that is none of the 18.
-pub(crate) fn unknown_feature(name: &str) -> String {
-    match nearest_name(name, FEATURES) {
-        Some(near) => format!("{name:?} is no feature; did you mean {near}?"),
-        None => format!("{name:?} is no feature; the 18 are {}", FEATURES.join(", ")),
+/// What to say of a landmark name that is none of the 18.
+pub(crate) fn unknown_landmark(name: &str) -> String {
+    match nearest_name(name, LANDMARKS) {
+        Some(near) => format!("unknown landmark {name:?}; did you mean {near}?"),
+        None => format!("unknown landmark {name:?}; the 18 names are {}", LANDMARKS.join(", ")),
     }
 }
 

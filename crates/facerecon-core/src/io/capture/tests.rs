@@ -5,7 +5,7 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::camera::{Distortion, Pinhole};
-use crate::data::{FEATURES, Pair, Rgb};
+use crate::data::{LANDMARKS, Pair, Rgb};
 use crate::io::{write_calibration, write_png};
 
 fn photo(width: usize, height: usize, shift: u8) -> Photo {
@@ -38,7 +38,7 @@ fn capture() -> Capture {
         },
         rig: Some(rig),
         seeds: Some(Seeds { head: pair(20.0), left_ear: pair(8.0), right_ear: pair(33.0) }),
-        features: FeaturePairs::from([
+        landmarks: LandmarkPairs::from([
             ("nose_tip".into(), pair(19.0)),
             ("chin".into(), pair(18.0)),
         ]),
@@ -88,7 +88,7 @@ fn the_new_file_reads_and_names_every_feature() {
     let (parsed, warnings) = text::parse(&text).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(parsed.pattern.unwrap().columns, Some(85));
-    assert!(FEATURES.iter().all(|f| text.contains(f)));
+    assert!(LANDMARKS.iter().all(|f| text.contains(f)));
     let dir = folder(&text);
     assert!(read_capture(dir.path()).unwrap_err().to_string().contains("left_dots.png"));
     // With every comment that holds a setting switched on it is still a capture file.
@@ -171,7 +171,7 @@ fn mistakes_are_named() {
         (format!("[images]\nleft = \"l.png\"\n{PATTERN}"), "right photo"),
         (format!("[images]\nleft = \"l.png\"\nright = \"small.png\"\n{PATTERN}"), "20x30"),
         (format!("[images]\nleft = \"l.png\"\nright = \"gone.png\"\n{PATTERN}"), "gone.png"),
-        (format!("{IMAGES}left_texture = \"l.png\"\n{PATTERN}"), "right_texture"),
+        (format!("{IMAGES}left_texture = \"l.png\"\n{PATTERN}"), "right_plain"),
         (
             format!(
                 "{IMAGES}left_texture = \"small.png\"\nright_texture = \"small.png\"\n{PATTERN}"
@@ -217,7 +217,18 @@ fn mistakes_are_named() {
 }
 
 #[test]
-fn unknown_names_are_told_with_the_nearest() {
+fn earlier_keys_of_the_plain_pair_are_read_without_a_warning() {
+    let text = format!("{IMAGES}left_texture = \"r.png\"\nright_texture = \"l.png\"\n{PATTERN}");
+    let found = read_capture(folder(&text).path()).unwrap();
+    assert_eq!(found.warnings, Vec::<String>::new());
+    let [left, right] = found.capture.plain.unwrap();
+    assert_eq!((left, right), (found.capture.right, found.capture.left));
+    let text = format!("{IMAGES}left_texture = \"r.png\"\nleft_plain = \"r.png\"\n{PATTERN}");
+    assert!(refusal(&text).contains("left_plain"));
+}
+
+#[test]
+fn unknown_keys_are_named_with_the_nearest() {
     let text = format!("note = 1\n{IMAGES}{PATTERN}colums = 3\n");
     let found = read_capture(folder(&text).path()).unwrap();
     assert_eq!(found.warnings.len(), 2);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::{Fault, line_of};
-use crate::data::FEATURES;
+use crate::data::LANDMARKS;
 use crate::io::source::nearest_name;
 
 #[derive(Debug, Default, Deserialize)]
@@ -24,8 +24,10 @@ pub(super) struct CaptureText {
 pub(super) struct ImagesText {
     pub left: Option<PathBuf>,
     pub right: Option<PathBuf>,
-    pub left_texture: Option<PathBuf>,
-    pub right_texture: Option<PathBuf>,
+    #[serde(alias = "left_texture")]
+    pub left_plain: Option<PathBuf>,
+    #[serde(alias = "right_texture")]
+    pub right_plain: Option<PathBuf>,
     pub extra: Vec<ExtraText>,
 }
 
@@ -78,13 +80,16 @@ pub(super) struct PairText {
 /// The names each table may have.
 const KNOWN: [(&str, &[&str]); 5] = [
     ("", &["images", "pattern", "rig", "seeds", "landmarks"]),
-    ("images", &["left", "right", "left_texture", "right_texture", "extra"]),
+    ("images", &["left", "right", "left_plain", "right_plain", "extra"]),
     ("pattern", &["kind", "columns", "rows", "rotation_deg"]),
     ("rig", &["calibration", "baseline_mm", "focal_px", "principal_left", "principal_right"]),
     ("seeds", &["head", "left_ear", "right_ear"]),
 ];
 
-/// Reads the text; the warnings tell of names that mean nothing here.
+/// Earlier names of keys; files that use them are read without a warning.
+const EARLIER: [&str; 2] = ["left_texture", "right_texture"];
+
+/// Reads the text; each unknown key gives a warning.
 pub(super) fn parse(text: &str) -> Result<(CaptureText, Vec<String>), Fault> {
     let fault = |e: toml::de::Error| Fault {
         line: e.span().map(|s| line_of(text, s.start)),
@@ -100,11 +105,12 @@ pub(super) fn parse(text: &str) -> Result<(CaptureText, Vec<String>), Fault> {
             table.get(name).and_then(toml::Value::as_table)
         };
         for key in inner.into_iter().flat_map(toml::Table::keys) {
-            if !known.contains(&key.as_str()) {
+            let earlier = name == "images" && EARLIER.contains(&key.as_str());
+            if !known.contains(&key.as_str()) && !earlier {
                 let place = if name.is_empty() { String::new() } else { format!("[{name}] ") };
                 let near = nearest_name(key, known.iter().copied())
                     .map_or(String::new(), |n| format!("; did you mean {n}?"));
-                warnings.push(format!("{place}{key} means nothing here and is ignored{near}"));
+                warnings.push(format!("{place}{key}: unknown key, ignored{near}"));
             }
         }
     }
@@ -122,8 +128,8 @@ pub fn new_capture_toml() -> String {
 left = "left_dots.png"
 right = "right_dots.png"
 # The same pair without the pattern, for the texture (and it helps to find the right match).
-left_texture = "left_plain.png"
-right_texture = "right_plain.png"
+left_plain = "left_plain.png"
+right_plain = "right_plain.png"
 
 # Further photos without the pattern, each with its camera: X_cam = R X_left + T, millimetres.
 # [[images.extra]]
@@ -156,10 +162,10 @@ calibration = "calibration.yml"
 # left_ear = { left = [399.6, 359.0], right = [79.4, 359.0] }
 # right_ear = { left = [678.2, 319.7], right = [357.3, 319.7] }
 
-# Features marked in both photos, any of these (left and right as seen in the picture):
+# Landmarks marked in both photos, any of these (left and right as seen in the picture):
 "##,
     );
-    for names in FEATURES.chunks(6) {
+    for names in LANDMARKS.chunks(6) {
         out += &format!("#   {}\n", names.join(" "));
     }
     out += "# [landmarks]\n# nose_tip = { left = [552.4, 363.4], right = [214.4, 363.4] }\n";

@@ -21,8 +21,8 @@ pub fn write_capture(folder: &Path, capture: &Capture) -> Result<PathBuf, IoErro
     photo("left", "left_dots.png", &capture.left)?;
     photo("right", "right_dots.png", &capture.right)?;
     if let Some([left, right]) = &capture.plain {
-        photo("left_texture", "left_plain.png", left)?;
-        photo("right_texture", "right_plain.png", right)?;
+        photo("left_plain", "left_plain.png", left)?;
+        photo("right_plain", "right_plain.png", right)?;
     }
     for (i, extra) in capture.extra.iter().enumerate() {
         let name = format!("extra_{}_plain.png", i + 1);
@@ -72,9 +72,9 @@ pub fn write_capture(folder: &Path, capture: &Capture) -> Result<PathBuf, IoErro
         text += &pair("left_ear", &seeds.left_ear);
         text += &pair("right_ear", &seeds.right_ear);
     }
-    if !capture.features.is_empty() {
+    if !capture.landmarks.is_empty() {
         text += "\n[landmarks]\n";
-        for (name, p) in &capture.features {
+        for (name, p) in &capture.landmarks {
             text += &pair(name, p);
         }
     }

@@ -29,7 +29,7 @@ fn capture(left: Photo, right: Photo) -> Capture {
         pattern: Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation: 0.0 },
         rig: None,
         seeds: None,
-        features: Default::default(),
+        landmarks: Default::default(),
     }
 }
 

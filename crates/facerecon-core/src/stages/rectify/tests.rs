@@ -13,7 +13,7 @@ fn capture(left: Photo, right: Photo, rig: Option<StereoRig>) -> Capture {
         pattern: Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation: 0.0 },
         rig,
         seeds: None,
-        features: Default::default(),
+        landmarks: Default::default(),
     }
 }
 

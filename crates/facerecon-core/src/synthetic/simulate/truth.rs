@@ -8,7 +8,7 @@ use super::geometry::Rig;
 use super::lamps::Lamps;
 use super::{SimulateError, SimulateParams, Subject};
 use crate::camera::{Pinhole, StereoRig};
-use crate::data::{FeaturePairs, Mesh, Pair, Raster, Seeds};
+use crate::data::{LandmarkPairs, Mesh, Pair, Raster, Seeds};
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::render::{Buffers, NO_FACE, rasterize};
 
@@ -50,7 +50,7 @@ pub struct Truth {
     /// All dots of the pattern, row by row.
     pub dots: Vec<DotTruth>,
     /// The features in both photos (pixels), where the subject came with landmarks.
-    pub features: FeaturePairs,
+    pub features: LandmarkPairs,
     /// The features in space, left camera frame, mm.
     pub feature_points: BTreeMap<String, Vec3>,
     /// Motion of the head until the plain pair, left camera frame.
@@ -128,7 +128,7 @@ pub(super) fn gather(
             dot
         })
         .collect();
-    let mut features = FeaturePairs::new();
+    let mut features = LandmarkPairs::new();
     let mut feature_points = BTreeMap::new();
     for (name, vertex) in subject.landmarks.into_iter().flatten() {
         let point = mesh.vertices[*vertex];

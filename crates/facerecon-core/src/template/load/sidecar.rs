@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::axis;
-use crate::data::{FEATURES, Landmarks, Mesh};
-use crate::io::{IoError, LengthUnit, atomic, read_text, unknown_feature};
+use crate::data::{LANDMARKS, Landmarks, Mesh};
+use crate::io::{IoError, LengthUnit, atomic, read_text, unknown_landmark};
 use crate::math::Mat3;
 
 /// What a sidecar says; a missing file says nothing.
@@ -44,8 +44,8 @@ impl Sidecar {
                 e.message()
             ),
         })?;
-        if let Some(name) = side.landmarks.keys().find(|n| !FEATURES.contains(&n.as_str())) {
-            return Err(IoError::malformed(path, unknown_feature(name)));
+        if let Some(name) = side.landmarks.keys().find(|n| !LANDMARKS.contains(&n.as_str())) {
+            return Err(IoError::malformed(path, unknown_landmark(name)));
         }
         Ok(side)
     }
@@ -78,7 +78,7 @@ pub fn landmarks_toml(name: &str, landmarks: &Landmarks) -> String {
          name = {}\nunit = \"mm\"\nup = \"y\"\nfront = \"z\"\n\n[landmarks]\n",
         toml::Value::from(name)
     );
-    let known = FEATURES.iter().filter_map(|f| landmarks.get(*f).map(|i| (f, i)));
+    let known = LANDMARKS.iter().filter_map(|f| landmarks.get(*f).map(|i| (f, i)));
     known.for_each(|(feature, i)| out += &format!("{feature} = {i}\n"));
     out
 }

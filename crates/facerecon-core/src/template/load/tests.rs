@@ -95,7 +95,7 @@ fn presets_hold_their_facts() {
     for preset in PRESETS {
         let mut seen = std::collections::BTreeSet::new();
         for &(name, index) in preset.landmarks {
-            assert!(FEATURES.contains(&name) && seen.insert(index), "{} {name}", preset.name);
+            assert!(LANDMARKS.contains(&name) && seen.insert(index), "{} {name}", preset.name);
             let kept = preset.keep.is_empty()
                 || preset.keep.iter().any(|r| (r[0]..=r[1]).contains(&index));
             assert!(kept && preset.vertices.iter().all(|&n| index < n), "{} {name}", preset.name);
