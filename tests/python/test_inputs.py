@@ -257,6 +257,24 @@ REFUSED: list[tuple[str, str, Make]] = [
         lambda: fr.Capture(PHOTO, PHOTO, seeds={"head": ((1, 2), (3,))}),
     ),
     (
+        "seeds outside",
+        r"seeds.head: \(9999, 2\) is outside the left photo",
+        lambda: fr.Capture(
+            PHOTO,
+            PHOTO,
+            seeds={
+                "head": ((9999, 2), (3, 4)),
+                "left_ear": ((1, 2), (3, 4)),
+                "right_ear": ((1, 2), (3, 4)),
+            },
+        ),
+    ),
+    (
+        "landmarks outside",
+        "landmarks.chin: .* is outside the right photo",
+        lambda: CAPTURE.with_landmarks({"chin": ((1, 2), (3, -4))}),
+    ),
+    (
         "landmarks",
         r"landmarks\['chin'\] .*nan",
         lambda: CAPTURE.with_landmarks({"chin": ((1, 2), (3, np.nan))}),

@@ -6,8 +6,11 @@ mod pinhole;
 mod rectification;
 mod resection;
 mod rig;
+mod rotation;
 
 pub use pinhole::{Distortion, Pinhole};
 pub use rectification::{Rectification, RectifiedRig, View};
 pub use resection::{Projection, resect};
 pub use rig::{RigError, StereoRig};
+pub use rotation::RotationFault;
+pub(crate) use rotation::rotation_fault;

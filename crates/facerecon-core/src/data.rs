@@ -1,4 +1,4 @@
-//! What the stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
+//! Data that stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
 
 mod blur;
 mod capture;
@@ -8,11 +8,14 @@ mod matches;
 mod mesh;
 mod raster;
 mod topology;
+mod validation;
 
 pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
 pub use cloud::{Cloud, CloudFrame};
+pub(crate) use landmarks::unknown_landmark;
 pub use landmarks::{LANDMARKS, LandmarkPairs, Landmarks};
 pub use matches::{Dot, Match, Pair};
 pub use mesh::{Mesh, MeshError};
 pub use raster::{Gray, Raster, Rgb};
 pub use topology::Topology;
+pub use validation::{CaptureError, PhotoRole};

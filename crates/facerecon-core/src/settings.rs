@@ -1,155 +1,37 @@
-//! Parameters that are written once: a struct declared with [`settings!`] carries its defaults,
+//! Parameters declared once: a struct declared with [`crate::settings!`] carries its defaults,
 //! ranges, units and documentation; the TOML file, the command line and Python are derived from it.
 
+mod keys;
+mod nearest;
 mod text;
+mod types;
+mod value;
 
-use std::ops::RangeInclusive;
+pub use keys::{from_table, resolve_keys, set};
+pub(crate) use nearest::nearest_name;
+pub use text::{commented_toml, fields};
+pub use types::{Field, Kind, SettingsError, UnknownChoice};
+pub use value::Value;
 
-pub use text::{commented_toml, fields, set};
-
-/// What a parameter can hold, for printing and for checking.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
-    /// A real number.
-    Number,
-    /// A whole number.
-    Integer,
-    /// `true` or `false`.
-    Switch,
-    /// Free text.
-    Text,
-    /// One of a few named choices: `(name, meaning)`.
-    Choice(Vec<(&'static str, String)>),
-    /// A list of values of one kind.
-    List(Box<Kind>),
-    /// A value that may be left out.
-    Optional(Box<Kind>),
-    /// A nested group of parameters.
-    Group(Vec<Field>),
-}
-
-/// One documented parameter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Field {
-    /// Name as in TOML and Python.
-    pub name: &'static str,
-    /// Meaning, from the field's doc comment.
-    pub doc: String,
-    /// Unit, where it has one.
-    pub unit: Option<&'static str>,
-    /// Allowed range, ends included.
-    pub range: Option<RangeInclusive<f64>>,
-    /// What it holds.
-    pub kind: Kind,
-}
-
-/// A parameter that cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SettingsError {
-    /// A number outside its range.
-    #[error("parameter {name} is {got}, but must lie in {low} to {high}")]
-    OutOfRange {
-        /// Dotted name.
-        name: String,
-        /// Value found.
-        got: f64,
-        /// Least value allowed.
-        low: f64,
-        /// Greatest value allowed.
-        high: f64,
-    },
-    /// A value of the wrong type, an unknown name, or text that is not TOML.
-    #[error("parameters: {0}")]
-    Malformed(String),
-    /// No parameter of that name.
-    #[error("there is no parameter {name}; {hint}")]
-    Unknown {
-        /// Dotted name as given.
-        name: String,
-        /// The nearest names there are.
-        hint: String,
-    },
-}
-
-/// A type that can stand in a [`settings!`] struct.
-pub trait Value {
-    /// What it holds.
-    fn kind() -> Kind;
-    /// Checks the value (and what is nested in it) against its range.
-    ///
-    /// # Errors
-    /// [`SettingsError::OutOfRange`] with the dotted `name`.
-    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError>;
-}
-
-fn check_number(
-    value: f64,
-    name: &str,
-    range: Option<&RangeInclusive<f64>>,
-) -> Result<(), SettingsError> {
-    match range {
-        Some(r) if !r.contains(&value) => Err(SettingsError::OutOfRange {
-            name: name.to_owned(),
-            got: value,
-            low: *r.start(),
-            high: *r.end(),
-        }),
-        None if !value.is_finite() => Err(SettingsError::Malformed(format!(
-            "parameter {name} is {value}, but must be a finite number"
-        ))),
-        _ => Ok(()),
-    }
-}
-
-macro_rules! number_value {
-    ($($ty:ty => $kind:ident),*) => {$(
-        impl Value for $ty {
-            fn kind() -> Kind {
-                Kind::$kind
-            }
-            fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
-                check_number(*self as f64, name, range)
-            }
-        }
-    )*};
-}
-number_value!(f64 => Number, f32 => Number, usize => Integer, u32 => Integer, u64 => Integer, i32 => Integer);
-
-macro_rules! plain_value {
-    ($($ty:ty => $kind:ident),*) => {$(
-        impl Value for $ty {
-            fn kind() -> Kind {
-                Kind::$kind
-            }
-            fn check(&self, _: &str, _: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
-                Ok(())
-            }
-        }
-    )*};
-}
-plain_value!(bool => Switch, String => Text);
-
-impl<T: Value> Value for Option<T> {
-    fn kind() -> Kind {
-        Kind::Optional(Box::new(T::kind()))
-    }
-    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
-        self.as_ref().map_or(Ok(()), |v| v.check(name, range))
-    }
-}
-
-impl<T: Value> Value for Vec<T> {
-    fn kind() -> Kind {
-        Kind::List(Box::new(T::kind()))
-    }
-    fn check(&self, name: &str, range: Option<&RangeInclusive<f64>>) -> Result<(), SettingsError> {
-        self.iter().try_for_each(|v| v.check(name, range))
-    }
-}
-
-/// Declares a parameter struct: `name: type = default, range low..=high, unit "px";` with doc
-/// comments. It derives serde (missing fields take their default, unknown ones are refused),
-/// `Default`, and the documentation and range checks of [`Value`].
+/// Declares a parameter struct: `name: type = default, range low..=high, unit "px", alias "old";`
+/// with doc comments. An alias is an earlier name of the field, which is still read. The macro
+/// derives serde (missing fields take their default, unknown ones are refused), `Default`, and the
+/// documentation and range checks of [`Value`](crate::settings::Value).
+///
+/// ```
+/// facerecon_core::settings! {
+///     /// Smoothing of a signal.
+///     pub struct SmoothingParams {
+///         /// Standard deviation of the kernel.
+///         sigma_px: f64 = 1.5, range 0.0..=20.0, unit "px", alias "width_px";
+///     }
+/// }
+///
+/// let mut table = toml::Table::new();
+/// facerecon_core::settings::set::<SmoothingParams>(&mut table, "width_px", "2.5").unwrap();
+/// let params: SmoothingParams = facerecon_core::settings::from_table(table).unwrap();
+/// assert_eq!(params.sigma_px, 2.5);
+/// ```
 #[macro_export]
 macro_rules! settings {
     (
@@ -158,7 +40,7 @@ macro_rules! settings {
             $(
                 $(#[doc = $fdoc:literal])*
                 $field:ident : $ty:ty = $default:expr
-                $(, range $range:expr)? $(, unit $unit:literal)? ;
+                $(, range $range:expr)? $(, unit $unit:literal)? $(, alias $alias:literal)? ;
             )*
         }
     ) => {
@@ -168,6 +50,7 @@ macro_rules! settings {
         $vis struct $name {
             $(
                 $(#[doc = $fdoc])*
+                $(#[serde(alias = $alias)])?
                 pub $field: $ty,
             )*
         }
@@ -183,8 +66,9 @@ macro_rules! settings {
                 $crate::settings::Kind::Group(vec![$(
                     $crate::settings::Field {
                         name: stringify!($field),
+                        alias: $crate::settings!(@text $($alias)?),
                         doc: [$($fdoc),*].map(str::trim).join("\n"),
-                        unit: $crate::settings!(@unit $($unit)?),
+                        unit: $crate::settings!(@text $($unit)?),
                         range: $crate::settings!(@range $($range)?),
                         kind: <$ty as $crate::settings::Value>::kind(),
                     },
@@ -205,14 +89,14 @@ macro_rules! settings {
             }
         }
     };
-    (@unit) => { None };
-    (@unit $unit:literal) => { Some($unit) };
+    (@text) => { None };
+    (@text $text:literal) => { Some($text) };
     (@range) => { None };
     (@range $range:expr) => { Some($range) };
 }
 
 /// Declares an enum of named choices for a [`settings!`] field: `Variant = "name",` with doc
-/// comments that say what the choice means.
+/// comments that say what the choice means. The names are those of serde, `Display` and `from_name`.
 #[macro_export]
 macro_rules! choices {
     (
@@ -243,10 +127,21 @@ macro_rules! choices {
         }
 
         impl $name {
-            /// Every choice by its name.
+            /// Every choice with its name.
             pub const NAMED: &'static [(&'static str, Self)] = &[$( ($text, Self::$variant), )*];
 
-            /// The choice of a name.
+            /// The choice with this name.
+            ///
+            /// # Errors
+            /// `UnknownChoice` with the known names.
+            pub fn from_name(name: &str) -> Result<Self, $crate::settings::UnknownChoice> {
+                Self::named(name).ok_or_else(|| $crate::settings::UnknownChoice {
+                    got: name.to_owned(),
+                    expected: [$($text),*].join(", "),
+                })
+            }
+
+            /// The choice with this name, if there is one.
             pub fn named(name: &str) -> Option<Self> {
                 Self::NAMED.iter().find(|(n, _)| *n == name).map(|(_, v)| *v)
             }
@@ -267,9 +162,9 @@ mod tests {
     choices! {
         /// A choice.
         pub enum Way {
-            /// The one.
+            /// The first.
             One = "one",
-            /// The other.
+            /// The second.
             Two = "two",
         }
     }
@@ -277,7 +172,7 @@ mod tests {
         /// Inner.
         pub struct Inner {
             /// A length.
-            length_px: f64 = 2.0, range 0.0..=10.0, unit "px";
+            length_px: f64 = 2.0, range 0.0..=10.0, unit "px", alias "extent";
         }
     }
     settings! {
@@ -286,9 +181,9 @@ mod tests {
             /// How.
             way: Way = Way::One;
             /// Maybe.
-            maybe: Option<usize> = None;
+            maybe: Option<usize> = None, alias "perhaps";
             /// The inner group.
-            inner: Inner = Inner::default();
+            inner: Inner = Inner::default(), alias "within";
         }
     }
 
@@ -296,7 +191,7 @@ mod tests {
     fn printed_toml_reads_back_and_carries_the_documentation() {
         let text = commented_toml(&Outer::default()).unwrap();
         assert!(text.contains("# A length. [px, 0 to 10]"), "{text}");
-        assert!(text.contains("\"two\": The other."), "{text}");
+        assert!(text.contains("\"two\": The second."), "{text}");
         assert_eq!(toml::from_str::<Outer>(&text).unwrap(), Outer::default());
     }
 
@@ -305,15 +200,66 @@ mod tests {
         let mut table = toml::Table::new();
         set::<Outer>(&mut table, "inner.length_px", "11").unwrap();
         set::<Outer>(&mut table, "way", "two").unwrap();
-        let outer: Outer = table.try_into().unwrap();
+        let outer: Outer = table.clone().try_into().unwrap();
         assert_eq!(outer.way, Way::Two);
         assert_eq!((Way::named("two"), Way::named("three")), (Some(Way::Two), None));
         assert_eq!(Way::NAMED[0].0, "one");
-        let error = outer.check("", None).unwrap_err().to_string();
-        assert!(error.contains("inner.length_px is 11"), "{error}");
+        for error in [outer.check("", None).unwrap_err(), from_table::<Outer>(table).unwrap_err()] {
+            assert!(error.to_string().contains("inner.length_px is 11"), "{error}");
+        }
         let error = set::<Outer>(&mut toml::Table::new(), "inner.size", "1").unwrap_err();
         assert!(error.to_string().contains("length_px"), "{error}");
         assert!(toml::from_str::<Outer>("surprise = 1").is_err());
         assert!(toml::from_str::<Outer>("way = \"three\"").is_err());
+    }
+
+    #[test]
+    fn choices_are_parsed_from_their_names() {
+        assert_eq!(Way::from_name("one"), Ok(Way::One));
+        let error = Way::from_name("three").unwrap_err().to_string();
+        assert!(error.contains("\"three\"") && error.contains("one, two"), "{error}");
+    }
+
+    #[test]
+    fn earlier_names_are_read_from_files_and_settings() {
+        let expected =
+            Outer { maybe: Some(4), inner: Inner { length_px: 3.0 }, ..Outer::default() };
+        let text = "perhaps = 4\n[within]\nextent = 3.0";
+        assert_eq!(toml::from_str::<Outer>(text).unwrap(), expected);
+        let table = text.parse::<toml::Table>().unwrap();
+        assert_eq!(from_table::<Outer>(table.clone()).unwrap(), expected);
+
+        let mut set_by_name = toml::Table::new();
+        set::<Outer>(&mut set_by_name, "perhaps", "4").unwrap();
+        set::<Outer>(&mut set_by_name, "within.extent", "3.0").unwrap();
+        assert_eq!(from_table::<Outer>(set_by_name).unwrap(), expected);
+
+        // A setting by the current name replaces a value that the file gives by the earlier one.
+        let mut both = table;
+        set::<Outer>(&mut both, "maybe", "5").unwrap();
+        set::<Outer>(&mut both, "inner.length_px", "6").unwrap();
+        let read: Outer = from_table(both).unwrap();
+        assert_eq!((read.maybe, read.inner.length_px), (Some(5), 6.0));
+        let twice = "perhaps = 4\nmaybe = 5".parse::<toml::Table>().unwrap();
+        let error = from_table::<Outer>(twice).unwrap_err().to_string();
+        assert!(error.contains("perhaps") && error.contains("maybe"), "{error}");
+    }
+
+    #[test]
+    fn unknown_keys_of_a_file_are_named_with_the_nearest() {
+        let read = |text: &str| from_table::<Outer>(text.parse().unwrap()).unwrap_err().to_string();
+        assert!(
+            read("[inner]\nlenght_px = 3")
+                .contains("unknown key inner.lenght_px; did you mean inner.length_px?")
+        );
+        assert!(read("mabye = 3").contains("did you mean maybe?"));
+        assert!(read("nothing_like_it = 3").contains("way, maybe, inner"));
+        assert!(read("inner = 3").contains("inner is 3"));
+        assert!(read("maybe = true").contains("maybe is true, but must be a whole number"));
+        let mut table = toml::Table::new();
+        let error = set::<Outer>(&mut table, "iner.length_px", "3").unwrap_err().to_string();
+        assert!(error.contains("did you mean inner.length_px?"), "{error}");
+        assert!(set::<Outer>(&mut table, "inner", "3").unwrap_err().to_string().contains("group"));
+        assert!(set::<Outer>(&mut table, "way.one", "3").unwrap_err().to_string().contains("way"));
     }
 }

@@ -56,9 +56,6 @@ impl Capture {
     ) -> PyResult<Self> {
         let left = photo(&left)?;
         let rig = rig.map(|parts| stereo_rig(&parts));
-        if let Some(rig) = &rig {
-            rig.validate(left.size()).map_err(|e| argument(py, &format!("rig: {e}")))?;
-        }
         let seed = |name: &str| {
             let found = seeds.as_ref().and_then(|s| s.get(name)).map(pair);
             found.ok_or_else(|| argument(py, &format!("seeds: {name} is missing")))
@@ -87,10 +84,8 @@ impl Capture {
             },
             extra: extra.collect::<PyResult<_>>()?,
             pattern: Pattern {
-                kind: match pattern.0.as_str() {
-                    "stripes" => PatternKind::Stripes,
-                    _ => PatternKind::Dots,
-                },
+                kind: PatternKind::from_name(&pattern.0)
+                    .map_err(|e| argument(py, &format!("kind: {e}")))?,
                 columns: pattern.1,
                 rows: pattern.2,
                 rotation: pattern.3.to_radians(),
@@ -99,14 +94,14 @@ impl Capture {
             seeds,
             landmarks: landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect(),
         };
-        Ok(Self { capture, warnings: Vec::new() })
+        valid(py, capture, Vec::new())
     }
 
     /// The same capture with these landmarks marked, in place of its own.
-    fn with_landmarks(&self, landmarks: Marks) -> Self {
+    fn with_landmarks(&self, py: Python<'_>, landmarks: Marks) -> PyResult<Self> {
         let marked = landmarks.iter().map(|(name, mark)| (name.clone(), pair(mark))).collect();
         let capture = CoreCapture { landmarks: marked, ..self.capture.clone() };
-        Self { capture, warnings: self.warnings.clone() }
+        valid(py, capture, self.warnings.clone())
     }
 
     /// Writes a capture folder; returns the path of its `capture.toml`.
@@ -131,13 +126,9 @@ impl Capture {
     }
 
     #[getter]
-    fn pattern(&self) -> (&'static str, usize, usize, f64) {
+    fn pattern(&self) -> PatternParts {
         let pattern = self.capture.pattern;
-        let kind = match pattern.kind {
-            PatternKind::Dots => "dots",
-            PatternKind::Stripes => "stripes",
-        };
-        (kind, pattern.columns, pattern.rows, pattern.rotation.to_degrees())
+        (pattern.kind.to_string(), pattern.columns, pattern.rows, pattern.rotation.to_degrees())
     }
 
     /// The three seeds by name.
@@ -160,6 +151,12 @@ impl Capture {
     fn rig(&self) -> Option<RigParts> {
         self.capture.rig.as_ref().map(rig_parts)
     }
+}
+
+/// A capture of arrays, which must be valid.
+fn valid(py: Python<'_>, capture: CoreCapture, warnings: Vec<String>) -> PyResult<Capture> {
+    capture.validate().map_err(|e| argument(py, &e.to_string()))?;
+    Ok(Capture { capture, warnings })
 }
 
 /// Reads a stereo calibration file; `(rig, warnings)`.

@@ -4,13 +4,21 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::{Mat3, Vec2, Vec3};
 
+/// Iterations of the inverse distortion. Usual lenses need about ten; the rest is for strong ones.
+const MAX_ITERATIONS: usize = 60;
+/// Squared error of the inverse distortion at which it has converged, normalised coordinates: 1e-12
+/// is about 1e-9 pixels.
+const CONVERGED_SQUARED: f64 = 1e-24;
+/// Points nearer than this to the camera's plane, in their own unit, are not projected.
+const MIN_DEPTH: f64 = 1e-9;
+
 /// Lens distortion `k1 k2 p1 p2 k3 k4 k5 k6` (OpenCV's order; the last three are the denominator
 /// of the rational model).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Distortion(pub [f64; 8]);
 
 impl Distortion {
-    /// Whether the lens does not distort.
+    /// Whether all coefficients are 0.
     pub fn is_none(&self) -> bool {
         self.0.iter().all(|c| *c == 0.0)
     }
@@ -28,17 +36,17 @@ impl Distortion {
         )
     }
 
-    /// Undoes the distortion of normalised coordinates by fixed-point iteration; far outside the
-    /// field of view it may not converge and gives the last iterate.
+    /// Inverts [`Distortion::distort`] by fixed-point iteration. Far outside the field of view it may
+    /// not converge; then the last iterate is returned.
     pub fn undistort(&self, distorted: Vec2) -> Vec2 {
         if self.is_none() {
             return distorted;
         }
         let mut n = distorted;
-        for _ in 0..60 {
+        for _ in 0..MAX_ITERATIONS {
             let error = self.distort(n) - distorted;
             n -= error;
-            if error.norm_squared() < 1e-24 {
+            if error.norm_squared() < CONVERGED_SQUARED {
                 break;
             }
         }
@@ -46,7 +54,7 @@ impl Distortion {
     }
 }
 
-/// A camera: focal lengths and principal point in pixels, and its lens.
+/// A camera: focal lengths and principal point in pixels, and lens distortion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pinhole {
     /// Focal length along x, pixels.
@@ -80,7 +88,7 @@ impl Pinhole {
 
     /// Projects a point of the camera frame to pixels; `None` behind the camera.
     pub fn project(&self, point: &Vec3) -> Option<Vec2> {
-        (point.z > 1e-9).then(|| {
+        (point.z > MIN_DEPTH).then(|| {
             let n = self.distortion.distort(Vec2::new(point.x / point.z, point.y / point.z));
             Vec2::new(self.fx * n.x + self.cx, self.fy * n.y + self.cy)
         })
@@ -94,7 +102,7 @@ impl Pinhole {
         Vec3::new(n.x, n.y, 1.0)
     }
 
-    /// Whether the numbers can belong to a camera.
+    /// Whether the focal lengths are above 0 and all numbers finite.
     pub fn is_plausible(&self) -> bool {
         let finite = [self.fx, self.fy, self.cx, self.cy]
             .iter()

@@ -1,34 +1,47 @@
-//! Rectification: both photos as seen by cameras with level rows.
+//! Rectification: both photos as seen by cameras whose rows correspond.
 //!
-//! The rectified rig keeps the cameras' centres and turns both to one orientation whose x axis is
+//! The rectified rig keeps the cameras' centres and rotates both to one orientation whose x axis is
 //! the baseline (Fusiello et al. 2000). Views without calibration are plane homographies.
 
-use super::{Pinhole, StereoRig};
+use super::pinhole::Pinhole;
+use super::rig::StereoRig;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 
-/// How pixels of one photo and of its rectified picture belong together.
+/// Points nearer than this to the camera's plane (mm, or parallax in pixels) are at infinity or behind.
+const MIN_DEPTH: f64 = 1e-9;
+/// Differences below this are rounding: a rig within it is parallel.
+const PARALLEL_TOLERANCE: f64 = 1e-9;
+/// Largest displacement of an identity view, pixels.
+const IDENTITY_PX: f64 = 1e-6;
+/// Samples of each side of a photo for the outline of its rectified image.
+const OUTLINE_SAMPLES: u32 = 16;
+/// Largest size of the rectified images over that of the photos, per side; bounds the memory for a
+/// calibration of other photos.
+const MAX_ENLARGEMENT: usize = 2;
+
+/// The mapping between the pixels of a photo and those of its rectified image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum View {
-    /// A calibrated camera turned about its centre.
+    /// A calibrated camera rotated about its centre.
     Camera {
-        /// The real camera.
+        /// The camera of the photo.
         camera: Pinhole,
-        /// Rectified axes from the camera's axes.
+        /// Rotation from the camera's frame to the rectified frame.
         rectified_from_camera: Mat3,
         /// The rectified camera, without distortion.
         rectified: Pinhole,
     },
     /// A plane homography, for photos without calibration.
     Plane {
-        /// Rectified pixel from photo pixel.
+        /// Homography from photo pixels to rectified pixels.
         rectified_from_photo: Mat3,
-        /// Photo pixel from rectified pixel.
+        /// Homography from rectified pixels to photo pixels.
         photo_from_rectified: Mat3,
     },
 }
 
 impl View {
-    /// A view that leaves the photo as it is.
+    /// A view that does not change the photo.
     pub fn identity() -> Self {
         Self::Plane {
             rectified_from_photo: Mat3::identity(),
@@ -61,8 +74,8 @@ impl View {
         match self {
             Self::Camera { camera, rectified_from_camera, rectified } => {
                 let ray = rectified_from_camera.transpose() * rectified.ray(pixel);
-                // a rectified pixel always looks forward; the guard keeps numbers finite
-                let n = ray / ray.z.max(1e-9);
+                // Rays of rectified pixels point forward; the bound keeps other numbers finite.
+                let n = ray / ray.z.max(MIN_DEPTH);
                 let d = camera.distortion.distort(Vec2::new(n.x, n.y));
                 Vec2::new(camera.fx * d.x + camera.cx, camera.fy * d.y + camera.cy)
             }
@@ -70,12 +83,12 @@ impl View {
         }
     }
 
-    /// Whether photo and rectified picture are the same pixels.
+    /// Whether photo and rectified image are the same, pixel by pixel.
     pub fn is_identity(&self) -> bool {
         let probes = [(0.0, 0.0), (1000.0, 0.0), (0.0, 1000.0), (700.0, 900.0)];
         probes.iter().all(|&(x, y)| {
             let p = Vec2::new(x, y);
-            (self.to_photo(p) - p).norm() < 1e-6
+            (self.to_photo(p) - p).norm() < IDENTITY_PX
         })
     }
 }
@@ -85,7 +98,7 @@ fn homography(h: &Mat3, p: Vec2) -> Vec2 {
     Vec2::new(q.x / q.z, q.y / q.z)
 }
 
-/// The metric facts of a rectified pair.
+/// Focal length, baseline and principal points of a rectified pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectifiedRig {
     /// Common focal length, pixels.
@@ -96,17 +109,17 @@ pub struct RectifiedRig {
     pub principal_left: Vec2,
     /// Principal point of the right view (same y).
     pub principal_right: Vec2,
-    /// Left camera frame from the rectified frame (same centre).
+    /// Rotation from the rectified frame to the left camera's frame (same centre).
     pub camera_from_rectified: Mat3,
-    /// Whether `baseline_mm` is known; else lengths are in a unit that is only about a millimetre.
+    /// Whether `baseline_mm` is known; if not, the unit of lengths is only about a millimetre.
     pub metric: bool,
 }
 
 impl RectifiedRig {
-    /// Depth in the rectified frame for a disparity `xl - xr`, mm; `None` at or behind infinity.
+    /// Depth in the rectified frame for a disparity `xl - xr`, mm; `None` at infinity or beyond.
     pub fn depth_mm(&self, disparity_px: f64) -> Option<f64> {
         let parallax = disparity_px - (self.principal_left.x - self.principal_right.x);
-        (parallax > 1e-9).then(|| self.focal_px * self.baseline_mm / parallax)
+        (parallax > MIN_DEPTH).then(|| self.focal_px * self.baseline_mm / parallax)
     }
 
     /// Disparity of a point at a depth in the rectified frame, pixels.
@@ -122,10 +135,10 @@ impl RectifiedRig {
         Some(self.camera_from_rectified * Vec3::new(x, y, z))
     }
 
-    /// Rectified left and right pixels of a point of the left camera frame; `None` behind it.
+    /// Rectified left and right pixels of a point of the left camera's frame; `None` behind it.
     pub fn pixels(&self, point: &Vec3) -> Option<(Vec2, Vec2)> {
         let p = self.camera_from_rectified.transpose() * point;
-        (p.z > 1e-9).then(|| {
+        (p.z > MIN_DEPTH).then(|| {
             let k = self.focal_px / p.z;
             let y = k * p.y + self.principal_left.y;
             let left = Vec2::new(k * p.x + self.principal_left.x, y);
@@ -135,31 +148,31 @@ impl RectifiedRig {
     }
 }
 
-/// A pair of views with level rows.
+/// A pair of views in which a point has the same row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectification {
     /// The left view.
     pub left: View,
     /// The right view.
     pub right: View,
-    /// `(width, height)` of both rectified pictures.
+    /// `(width, height)` of both rectified images.
     pub size: (usize, usize),
-    /// Metric facts; `None` without calibration.
+    /// The rectified rig; `None` without calibration.
     pub rig: Option<RectifiedRig>,
 }
 
 impl Rectification {
-    /// Photos that are level already, without calibration.
+    /// Photos that are rectified already, without calibration.
     pub fn identity(size: (usize, usize)) -> Self {
         Self { left: View::identity(), right: View::identity(), size, rig: None }
     }
 
-    /// Rectifies a calibrated rig ([`StereoRig::validate`] must hold). A parallel rig is left as
-    /// it is, pixel for pixel; else the canvas is laid so that both photos fit on it.
+    /// Rectifies a calibrated rig, for which [`StereoRig::validate`] passes. Photos of a parallel rig
+    /// are not changed; otherwise the rectified images are large enough for both photos.
     pub fn from_rig(rig: &StereoRig, photo_size: (usize, usize)) -> Self {
         let rotation = rig.right_from_left.rotation;
         let x = rig.right_centre().normalize();
-        // Mean optical axis, seen from the left camera, made square to the baseline.
+        // The mean optical axis in the left camera's frame, made orthogonal to the baseline.
         let axis = Vec3::z() + rotation.transpose() * Vec3::z();
         let z = (axis - x * x.dot(&axis)).normalize();
         let rectified_from_left = Mat3::from_columns(&[x, z.cross(&x), z]).transpose();
@@ -167,15 +180,15 @@ impl Rectification {
         let focal_px = (rig.left.fx + rig.left.fy + rig.right.fx + rig.right.fy) / 4.0;
         let baseline_mm = rig.baseline_mm();
 
-        let untouched = |camera: &Pinhole, turn: &Mat3| {
+        let unchanged = |camera: &Pinhole, rotation: &Mat3| {
             camera.distortion.is_none()
-                && (turn - Mat3::identity()).amax() < 1e-9
-                && (camera.fx - focal_px).abs() < 1e-9
-                && (camera.fy - focal_px).abs() < 1e-9
+                && (rotation - Mat3::identity()).amax() < PARALLEL_TOLERANCE
+                && (camera.fx - focal_px).abs() < PARALLEL_TOLERANCE
+                && (camera.fy - focal_px).abs() < PARALLEL_TOLERANCE
         };
-        let parallel = untouched(&rig.left, &rectified_from_left)
-            && untouched(&rig.right, &rectified_from_right)
-            && (rig.left.cy - rig.right.cy).abs() < 1e-9;
+        let parallel = unchanged(&rig.left, &rectified_from_left)
+            && unchanged(&rig.right, &rectified_from_right)
+            && (rig.left.cy - rig.right.cy).abs() < PARALLEL_TOLERANCE;
         let (principal_left, principal_right, size) = if parallel {
             let left = Vec2::new(rig.left.cx, rig.left.cy);
             (left, Vec2::new(rig.right.cx, rig.right.cy), photo_size)
@@ -185,9 +198,8 @@ impl Rectification {
             let top = left.0.y.min(right.0.y);
             let bottom = left.1.y.max(right.1.y);
             let width = (left.1.x - left.0.x).max(right.1.x - right.0.x);
-            // A wild calibration must not ask for a wild canvas.
             let fit = |length: f64, photo: usize| {
-                (length.ceil().max(1.0) as usize + 1).min(photo.saturating_mul(2))
+                (length.ceil().max(1.0) as usize + 1).min(photo.saturating_mul(MAX_ENLARGEMENT))
             };
             let size = (fit(width, photo_size.0), fit(bottom - top, photo_size.1));
             (Vec2::new(-left.0.x, -top), Vec2::new(-right.0.x, -top), size)
@@ -212,21 +224,21 @@ impl Rectification {
         }
     }
 
-    /// Left camera frame from the rectified frame, where calibrated.
+    /// Transform from the rectified frame to the left camera's frame, where calibrated.
     pub fn camera_from_rectified(&self) -> Option<Similarity> {
         self.rig.map(|r| Similarity::rigid(r.camera_from_rectified, Vec3::zeros()))
     }
 }
 
-/// Bounds of a photo's border in the rectified picture, principal point at the origin.
-fn outline(camera: &Pinhole, turn: &Mat3, focal_px: f64, size: (usize, usize)) -> (Vec2, Vec2) {
+/// Bounds of a photo's border in the rectified image, relative to the principal point.
+fn outline(camera: &Pinhole, rotation: &Mat3, focal_px: f64, size: (usize, usize)) -> (Vec2, Vec2) {
     let (w, h) = (size.0 as f64 - 1.0, size.1 as f64 - 1.0);
     let mut low = Vec2::repeat(f64::INFINITY);
     let mut high = -low;
-    for i in 0..=16 {
-        let t = f64::from(i) / 16.0;
+    for i in 0..=OUTLINE_SAMPLES {
+        let t = f64::from(i) / f64::from(OUTLINE_SAMPLES);
         for p in [(w * t, 0.0), (w * t, h), (0.0, h * t), (w, h * t)] {
-            let ray = turn * camera.ray(Vec2::new(p.0, p.1));
+            let ray = rotation * camera.ray(Vec2::new(p.0, p.1));
             let q = Vec2::new(focal_px * ray.x / ray.z, focal_px * ray.y / ray.z);
             low = low.inf(&q);
             high = high.sup(&q);
@@ -256,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_level_and_depth_comes_back() {
+    fn rows_correspond_and_depth_is_recovered() {
         let rig = toed_in();
         rig.validate((768, 576)).unwrap();
         let rectification = Rectification::from_rig(&rig, (768, 576));
@@ -276,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parallel_rig_is_left_alone() {
+    fn photos_of_a_parallel_rig_are_not_changed() {
         let rig =
             StereoRig::parallel(150.0, 2766.0, Vec2::new(300.0, 287.5), Vec2::new(460.0, 287.5));
         let rectification = Rectification::from_rig(&rig, (768, 576));

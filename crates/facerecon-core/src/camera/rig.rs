@@ -1,9 +1,13 @@
-//! Two cameras and the motion between them.
+//! The stereo rig: two cameras and the transform between them.
 
 use serde::{Deserialize, Serialize};
 
-use super::Pinhole;
-use crate::math::{Similarity, Vec2, Vec3};
+use super::pinhole::Pinhole;
+use super::rotation::{RotationFault, rotation_fault};
+use crate::math::{Mat3, Similarity, Vec2, Vec3};
+
+/// Below this the baseline is zero up to rounding, mm.
+const MIN_BASELINE_MM: f64 = 1e-6;
 
 /// A calibrated stereo rig.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,56 +18,60 @@ pub struct StereoRig {
     pub right: Pinhole,
     /// `X_right = R X_left + T`, millimetres.
     pub right_from_left: Similarity,
-    /// `(width, height)` of the photos it was calibrated on, where the file says.
+    /// `(width, height)` of the photos of the calibration, where known.
     pub image_size: Option<(usize, usize)>,
 }
 
 /// A rig that cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RigError {
-    /// Numbers that no camera has.
+    /// Focal lengths that are not positive, or numbers that are not finite.
     #[error(
-        "the calibration's {camera} camera is not a camera: focal lengths must be above 0 and all numbers finite"
+        "the calibration's {camera} camera cannot exist: its focal lengths are {fx} and {fy}; they must be above 0 and all numbers finite"
     )]
     Camera {
         /// `left` or `right`.
         camera: &'static str,
+        /// Focal length along x, pixels.
+        fx: f64,
+        /// Focal length along y, pixels.
+        fy: f64,
     },
     /// A matrix that is not a rotation.
-    #[error(
-        "the calibration's R is not a rotation: R R^T differs from the identity by {deviation:.2e}"
-    )]
+    #[error("the calibration's R is not a rotation: {fault}")]
     Rotation {
-        /// Largest deviation found.
-        deviation: f64,
+        /// What was found and what is expected.
+        fault: RotationFault,
     },
-    /// Cameras at one place.
-    #[error("the calibration's baseline is {baseline_mm:.3} mm; the cameras must stand apart")]
+    /// Both cameras at the same position.
+    #[error(
+        "the calibration's baseline is {baseline_mm:.3} mm; the cameras must be at different positions"
+    )]
     Baseline {
         /// Length of T.
         baseline_mm: f64,
     },
-    /// Cameras above each other.
+    /// Cameras one above the other.
     #[error(
-        "the calibration's baseline runs mostly vertically ({x_mm:.1} mm across, {y_mm:.1} mm up or down); stand the cameras side by side, or turn both photos by 90 degrees and calibrate anew"
+        "the calibration's baseline is mostly vertical ({x_mm:.1} mm horizontally, {y_mm:.1} mm vertically); place the cameras side by side, or rotate both photos by 90 degrees and calibrate again"
     )]
     VerticalBaseline {
-        /// Component across.
+        /// Horizontal component, mm.
         x_mm: f64,
-        /// Component up or down.
+        /// Vertical component, mm.
         y_mm: f64,
     },
     /// Left and right swapped.
     #[error(
-        "in the calibration the right camera stands {x_mm:.1} mm to the LEFT of the left one; swap the photos, or invert the calibration"
+        "in the calibration the right camera is {x_mm:.1} mm to the LEFT of the left one; swap the photos, or invert the calibration"
     )]
     Swapped {
-        /// How far.
+        /// Distance to the left, mm.
         x_mm: f64,
     },
-    /// Photos of another size than calibrated.
+    /// Photos of another size than those of the calibration.
     #[error(
-        "the rig was calibrated on photos of {calibrated_width}x{calibrated_height}, but these are {width}x{height}; use the calibration's own resolution"
+        "the rig was calibrated on photos of {calibrated_width}x{calibrated_height} pixels, but these are {width}x{height}; use photos of the calibration's resolution, or calibrate again"
     )]
     ImageSize {
         /// Width of the photos.
@@ -78,7 +86,7 @@ pub enum RigError {
 }
 
 impl StereoRig {
-    /// A parallel rig: equal focal lengths, no distortion, level rows.
+    /// A parallel rig: equal focal lengths, no distortion, the same rows in both photos.
     pub fn parallel(
         baseline_mm: f64,
         focal_px: f64,
@@ -88,10 +96,7 @@ impl StereoRig {
         Self {
             left: Pinhole::ideal(focal_px, principal_left),
             right: Pinhole::ideal(focal_px, principal_right),
-            right_from_left: Similarity::rigid(
-                crate::math::Mat3::identity(),
-                Vec3::new(-baseline_mm, 0.0, 0.0),
-            ),
+            right_from_left: Similarity::rigid(Mat3::identity(), Vec3::new(-baseline_mm, 0.0, 0.0)),
             image_size: None,
         }
     }
@@ -106,24 +111,21 @@ impl StereoRig {
         -(self.right_from_left.rotation.transpose() * self.right_from_left.translation)
     }
 
-    /// Checks that the rig can be used on photos of this size.
+    /// Checks that the rig can be used for photos of this size `(width, height)`.
     ///
     /// # Errors
-    /// [`RigError`] with the figure found.
+    /// [`RigError`] with the value found.
     pub fn validate(&self, photo_size: (usize, usize)) -> Result<(), RigError> {
-        if !self.left.is_plausible() {
-            return Err(RigError::Camera { camera: "left" });
+        for (name, camera) in [("left", &self.left), ("right", &self.right)] {
+            if !camera.is_plausible() {
+                return Err(RigError::Camera { camera: name, fx: camera.fx, fy: camera.fy });
+            }
         }
-        if !self.right.is_plausible() {
-            return Err(RigError::Camera { camera: "right" });
-        }
-        let r = self.right_from_left.rotation;
-        let deviation = (r * r.transpose() - crate::math::Mat3::identity()).amax();
-        if !(deviation < 1e-4 && r.determinant() > 0.0) {
-            return Err(RigError::Rotation { deviation });
+        if let Some(fault) = rotation_fault(&self.right_from_left.rotation) {
+            return Err(RigError::Rotation { fault });
         }
         let baseline_mm = self.baseline_mm();
-        if !(baseline_mm > 1e-6 && baseline_mm.is_finite()) {
+        if !(baseline_mm > MIN_BASELINE_MM && baseline_mm.is_finite()) {
             return Err(RigError::Baseline { baseline_mm });
         }
         let centre = self.right_centre();

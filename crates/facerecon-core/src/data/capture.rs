@@ -1,4 +1,4 @@
-//! What one session in front of the cameras gave: photographs, pattern, rig, marks.
+//! A capture: the photographs of one session, the projected pattern, the rig and the marks.
 
 use super::{Gray, LandmarkPairs, Pair, Rgb};
 use crate::camera::{Pinhole, StereoRig};
@@ -25,13 +25,14 @@ impl Photo {
     }
 }
 
-/// The kind of a projected pattern.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PatternKind {
-    /// A regular lattice of dots.
-    Dots,
-    /// Parallel vertical stripes of varying width and colour.
-    Stripes,
+crate::choices! {
+    /// The kind of a projected pattern.
+    pub enum PatternKind {
+        /// A regular lattice of dots.
+        Dots = "dots",
+        /// Parallel vertical stripes of varying width and colour.
+        Stripes = "stripes",
+    }
 }
 
 /// The projected pattern.
@@ -39,15 +40,15 @@ pub enum PatternKind {
 pub struct Pattern {
     /// Dots or stripes.
     pub kind: PatternKind,
-    /// Dots a row (or number of stripes).
+    /// Dots in a row, or number of stripes (0 where unknown: stripes are identified without it).
     pub columns: usize,
-    /// Dots a column.
+    /// Dots in a column; 0 for stripes.
     pub rows: usize,
     /// Rotation of the lattice, radians, clockwise as seen in the picture.
     pub rotation: f64,
 }
 
-/// The three pairs marked by hand (thesis section 2.3), original pixels.
+/// The three seeds: pairs marked by hand (thesis section 2.3), pixels of the photos.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seeds {
     /// A dot on the head.
@@ -58,7 +59,7 @@ pub struct Seeds {
     pub right_ear: Pair,
 }
 
-/// A further photo for the texture, with its camera.
+/// An extra photo for the texture, with its camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExtraPhoto {
     /// The photo.
@@ -69,23 +70,23 @@ pub struct ExtraPhoto {
     pub camera_from_left: Similarity,
 }
 
-/// One capture, ready to be reconstructed.
+/// One capture: the input of a reconstruction. [`Capture::validate`] checks it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
-    /// The left photo with the pattern.
+    /// The left dotted photo.
     pub left: Photo,
-    /// The right photo with the pattern, of the same size.
+    /// The right dotted photo, of the same size.
     pub right: Photo,
-    /// The pair without the pattern, `[left, right]`.
+    /// The plain pair `[left, right]`, of the same size.
     pub plain: Option<[Photo; 2]>,
-    /// Further photos for the texture.
+    /// Extra photos for the texture, of any size.
     pub extra: Vec<ExtraPhoto>,
     /// The projected pattern.
     pub pattern: Pattern,
-    /// The cameras; without them the result is in model units.
+    /// The nominal rig; without it the result is in model units.
     pub rig: Option<StereoRig>,
-    /// Marked pairs, original pixels.
+    /// Seeds, pixels of the photos.
     pub seeds: Option<Seeds>,
-    /// Marked features, original pixels.
+    /// Marked landmarks, pixels of the photos.
     pub landmarks: LandmarkPairs,
 }

@@ -1,9 +1,9 @@
-//! Measured points.
+//! Clouds of measured points.
 
 use crate::math::{Similarity, Vec3};
 
-/// Points in space with what was measured about them. The optional columns are either empty or as
-/// long as `points`.
+/// Points in space with their measured properties. Optional lists are empty or as long as
+/// `points`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cloud {
     /// Positions, millimetres (or model units for an unknown rig).
@@ -12,12 +12,12 @@ pub struct Cloud {
     pub normals: Vec<Vec3>,
     /// sRGB colour.
     pub colors: Vec<[u8; 3]>,
-    /// Standard deviation along the line of sight, in the unit of the points.
+    /// Standard deviations along the line of sight, in the unit of the points.
     pub sigmas: Vec<f64>,
 }
 
 impl Cloud {
-    /// A cloud of bare points.
+    /// A cloud of positions only.
     pub fn from_points(points: Vec<Vec3>) -> Self {
         Self { points, ..Self::default() }
     }
@@ -42,21 +42,21 @@ impl Cloud {
         }
     }
 
-    /// Least and greatest coordinates; `None` for an empty cloud.
+    /// Smallest and largest coordinates; `None` for an empty cloud.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.points.first()?;
         Some(self.points.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
     }
 }
 
-/// What is known of where points lie.
+/// The frame of a cloud of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CloudFrame {
-    /// The left camera's frame, millimetres.
+    /// The camera frame, millimetres.
     Metric,
-    /// The left camera's axes, in a unit of its own.
+    /// The camera frame, in an unknown unit.
     Camera,
-    /// Near the frame of the generic head, in its units.
+    /// Approximately the model frame, in its unit.
     Model,
 }
 

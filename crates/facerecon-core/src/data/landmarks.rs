@@ -1,10 +1,11 @@
-//! The 18 named features of the thesis (section 6.5.1).
+//! The 18 landmarks of the thesis (section 6.5.1).
 
 use std::collections::BTreeMap;
 
 use super::Pair;
+use crate::settings::nearest_name;
 
-/// Names of the 18 features; left and right are as seen in the picture.
+/// Names of the 18 landmarks; left and right are as seen in the picture.
 pub const LANDMARKS: [&str; 18] = [
     "eye_left_outer",
     "eye_left_inner",
@@ -26,7 +27,15 @@ pub const LANDMARKS: [&str; 18] = [
     "forehead",
 ];
 
-/// Vertex numbers of features on a mesh, by name.
+/// Vertex numbers of landmarks on a mesh, by name.
 pub type Landmarks = BTreeMap<String, usize>;
-/// Positions of features in both photos, original pixels, by name.
+/// Positions of landmarks in both photos by name, pixels of the photos.
 pub type LandmarkPairs = BTreeMap<String, Pair>;
+
+/// The message for a name that is none of the 18.
+pub(crate) fn unknown_landmark(name: &str) -> String {
+    match nearest_name(name, LANDMARKS) {
+        Some(near) => format!("unknown landmark {name:?}; did you mean {near}?"),
+        None => format!("unknown landmark {name:?}; the 18 names are {}", LANDMARKS.join(", ")),
+    }
+}

@@ -5,25 +5,25 @@ use crate::math::Vec2;
 /// A projected dot found in one photo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
-    /// Centre, pixels of the image it was found in.
+    /// Centre, pixels of the image.
     pub position: Vec2,
     /// Standard deviation of its profile, pixels; 0 where the method does not measure it.
     pub sigma_px: f64,
-    /// Height above the surroundings, grey levels; 0 where the method does not measure it.
+    /// Brightness above the surroundings, grey levels; 0 where the method does not measure it.
     pub amplitude: f64,
     /// Confidence, 0 to 1.
     pub score: f64,
 }
 
-/// A point seen in both photos.
+/// One dot, or other point, seen in both photos.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Match {
     /// Position in the rectified left image, pixels.
     pub left: Vec2,
     /// Position in the rectified right image, pixels.
     pub right: Vec2,
-    /// Place in the projected pattern as `[column, row]`, relative to any origin unless the
-    /// correspondence stage says it found the pattern's border; `None` where unknown.
+    /// `[column, row]` of the dot in the projected pattern; `None` where unknown. The origin is
+    /// arbitrary unless the correspond stage reports that it found the pattern's border.
     pub lattice: Option<[i32; 2]>,
     /// Standard deviation of the disparity, pixels; 0 where the method does not measure it.
     pub sigma_px: f64,

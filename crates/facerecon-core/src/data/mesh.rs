@@ -2,14 +2,17 @@
 
 use crate::math::{Similarity, Vec3};
 
-/// A triangle mesh. Vertex order is that of the file or template it came from.
+/// Normals shorter than this (twice the area) cannot be normalised in 64 bit.
+const NO_AREA: f64 = 1e-300;
+
+/// A triangle mesh. The vertices are in the order of the file or template.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Positions, millimetres unless said otherwise.
+    /// Positions, millimetres unless stated otherwise.
     pub vertices: Vec<Vec3>,
     /// Triangles, counter-clockwise seen from outside.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates, u right, v up, (0, 0) the lower left corner of the picture.
+    /// Texture coordinates, u right, v up, (0, 0) the lower left corner of the texture.
     pub uvs: Vec<[f64; 2]>,
     /// For each face the three indices into `uvs`; empty when the mesh has none.
     pub face_uvs: Vec<[u32; 3]>,
@@ -20,7 +23,7 @@ pub struct Mesh {
 /// A mesh that cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// No vertex or no face.
+    /// Fewer than 3 vertices, or no face.
     #[error("the mesh has {vertices} vertices and {faces} faces; at least 3 and 1 are needed")]
     Empty {
         /// Vertices found.
@@ -28,14 +31,14 @@ pub enum MeshError {
         /// Faces found.
         faces: usize,
     },
-    /// A face names a vertex that is not there.
+    /// A face names a vertex or texture coordinate that does not exist.
     #[error("face {face} names vertex {index}, but there are {count} (counted from 0)")]
     Index {
         /// Number of the face.
         face: usize,
-        /// Index it names.
+        /// Index found.
         index: u32,
-        /// How many there are.
+        /// Number of vertices or texture coordinates.
         count: usize,
     },
     /// A coordinate that is not a number.
@@ -44,23 +47,23 @@ pub enum MeshError {
         /// Number of the vertex.
         vertex: usize,
     },
-    /// Lists whose lengths do not fit together.
+    /// Lists of different lengths.
     #[error("the mesh has {got} {what}, but {expected} are expected")]
     Lengths {
         /// What was counted.
         what: &'static str,
         /// Found.
         got: usize,
-        /// Wanted.
+        /// Expected.
         expected: usize,
     },
 }
 
 impl Mesh {
-    /// Checks indices, lengths and numbers.
+    /// Checks that there are faces, that all numbers are finite, and that lengths and indices fit.
     ///
     /// # Errors
-    /// The first thing found wrong, as a [`MeshError`].
+    /// [`MeshError`] for the first fault.
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.vertices.len() < 3 || self.faces.is_empty() {
             let (vertices, faces) = (self.vertices.len(), self.faces.len());
@@ -104,6 +107,12 @@ impl Mesh {
         self.faces[face].map(|i| self.vertices[i as usize])
     }
 
+    /// Unit normal of a face; zero for a face without area.
+    pub fn face_normal(&self, face: usize) -> Vec3 {
+        let [a, b, c] = self.corners(face);
+        (b - a).cross(&(c - a)).try_normalize(NO_AREA).unwrap_or_default()
+    }
+
     /// Unit normals of the vertices, weighted by face area; zero for a vertex without area.
     pub fn vertex_normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::zeros(); self.vertices.len()];
@@ -114,10 +123,10 @@ impl Mesh {
                 normals[i as usize] += n;
             }
         }
-        normals.iter().map(|n| n.try_normalize(1e-300).unwrap_or_default()).collect()
+        normals.iter().map(|n| n.try_normalize(NO_AREA).unwrap_or_default()).collect()
     }
 
-    /// Least and greatest coordinates; `None` without vertices.
+    /// Smallest and largest coordinates; `None` without vertices.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.vertices.first()?;
         Some(self.vertices.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))

@@ -1,22 +1,22 @@
-//! Who neighbours whom on a mesh.
+//! Topology of a mesh: neighbours, borders, components.
 
 use rayon::prelude::*;
 
 use super::Mesh;
 
-/// Neighbours, borders and rings of a mesh's vertices.
+/// Neighbours and borders of a mesh's vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Topology {
     /// For each vertex its neighbours in ascending order.
     pub neighbours: Vec<Vec<u32>>,
-    /// For each vertex whether it lies on an open edge.
+    /// For each vertex whether it is on a border edge (an edge of one face).
     pub border: Vec<bool>,
-    /// Edges that more than two faces share.
+    /// Number of edges that more than two faces share.
     pub non_manifold_edges: usize,
 }
 
 impl Topology {
-    /// Reads the topology of a valid mesh.
+    /// The topology of a valid mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let sides = mesh.faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let mut edges: Vec<(u32, u32)> = sides.map(|(i, j)| (i.min(j), i.max(j))).collect();
@@ -42,18 +42,18 @@ impl Topology {
         Self { neighbours, border, non_manifold_edges }
     }
 
-    /// For each vertex how many edges it lies from the nearest open edge; `u32::MAX` when the mesh
-    /// has none within reach.
+    /// For each vertex the number of edges to the nearest border; `u32::MAX` where its connected
+    /// component has no border.
     pub fn rings_from_border(&self) -> Vec<u32> {
         let mut ring = vec![u32::MAX; self.neighbours.len()];
-        let mut front: Vec<u32> =
+        let mut current: Vec<u32> =
             (0..ring.len() as u32).filter(|&v| self.border[v as usize]).collect();
-        front.iter().for_each(|&v| ring[v as usize] = 0);
+        current.iter().for_each(|&v| ring[v as usize] = 0);
         let mut depth = 0;
-        while !front.is_empty() {
+        while !current.is_empty() {
             depth += 1;
             let mut next = Vec::new();
-            for &v in &front {
+            for &v in &current {
                 for &n in &self.neighbours[v as usize] {
                     if ring[n as usize] == u32::MAX {
                         ring[n as usize] = depth;
@@ -61,32 +61,33 @@ impl Topology {
                     }
                 }
             }
-            front = next;
+            current = next;
         }
         ring
     }
 
-    /// For each vertex the number of its connected part, counted from 0 in order of the parts' first vertices.
+    /// For each vertex the index of its connected component, in the order of the components' first
+    /// vertices.
     pub fn components(&self) -> Vec<u32> {
-        let mut part = vec![u32::MAX; self.neighbours.len()];
+        let mut component = vec![u32::MAX; self.neighbours.len()];
         let mut count = 0;
-        for start in 0..part.len() {
-            if part[start] != u32::MAX {
+        for start in 0..component.len() {
+            if component[start] != u32::MAX {
                 continue;
             }
             let mut stack = vec![start as u32];
-            part[start] = count;
+            component[start] = count;
             while let Some(v) = stack.pop() {
                 for &n in &self.neighbours[v as usize] {
-                    if part[n as usize] == u32::MAX {
-                        part[n as usize] = count;
+                    if component[n as usize] == u32::MAX {
+                        component[n as usize] = count;
                         stack.push(n);
                     }
                 }
             }
             count += 1;
         }
-        part
+        component
     }
 }
 

@@ -1,23 +1,23 @@
-//! Writing a file whole or not at all.
+//! Atomic writing: a file is replaced completely or not at all.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::IoError;
+use super::error::IoError;
 
-/// Writes `bytes` to `path`: first to a hidden neighbour, then renamed over it, so that a reader
-/// never sees half a file and an interrupted run leaves the old one. Missing folders are made; the
-/// file is readable by all (mode 0644).
+/// Writes `bytes` to `path`: first to a hidden temporary file in the same folder, which then
+/// replaces `path`. A reader never sees a partial file, and an interrupted run leaves the old one.
+/// Missing folders are created; the file is readable by all users (mode 0644).
 ///
 /// # Errors
-/// [`IoError::Write`] with the system's word.
+/// [`IoError::Write`] with the system's error.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     try_write(path, bytes).map_err(|source| IoError::Write { path: path.to_owned(), source })
 }
 
 fn try_write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     if path.file_name().is_none() || path.is_dir() {
-        return Err(std::io::Error::other("it is a folder; a file name is wanted"));
+        return Err(std::io::Error::other("it is a folder; a file name is expected"));
     }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
@@ -35,7 +35,7 @@ fn try_write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.write_all(bytes)?;
     #[cfg(unix)]
     {
-        // The process's umask may have narrowed the mode that the file was made with.
+        // The process's umask may have removed permissions when the file was created.
         use std::os::unix::fs::PermissionsExt;
         file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
     }
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn replaces_whole_files_and_leaves_nothing_behind() {
+    fn files_are_replaced_and_no_temporary_file_remains() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a/b/out.txt");
         write(&path, b"first").unwrap();
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_in_the_way_is_an_error_that_names_it() {
+    fn a_folder_of_that_name_is_an_error_that_names_it() {
         let dir = tempfile::tempdir().unwrap();
         let error = write(dir.path(), b"x").unwrap_err();
         assert!(error.to_string().contains(&dir.path().display().to_string()), "{error}");

@@ -1,4 +1,4 @@
-//! What can go wrong with a file. Every message names the file, what was found and what to do.
+//! Errors of files. Every message names the file, what was found and what to do.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::data::MeshError;
 /// A file that cannot be read, understood or written.
 #[derive(Debug, thiserror::Error)]
 pub enum IoError {
-    /// The system refuses to read it.
+    /// The system cannot read it.
     #[error("cannot read {path}: {source}")]
     Read {
         /// The file.
@@ -16,7 +16,7 @@ pub enum IoError {
         /// Why.
         source: std::io::Error,
     },
-    /// The system refuses to write it.
+    /// The system cannot write it.
     #[error("cannot write {path}: {source}")]
     Write {
         /// The file.
@@ -24,8 +24,10 @@ pub enum IoError {
         /// Why.
         source: std::io::Error,
     },
-    /// A file longer than any sensible one.
-    #[error("{path} is longer than the {limit_mb} MB a {what} may have; is it the right file?")]
+    /// A file above the size limit of its kind.
+    #[error(
+        "{path} is longer than {limit_mb} MB, the limit for a {what}; check that it is the right file"
+    )]
     TooLong {
         /// The file.
         path: PathBuf,
@@ -34,7 +36,7 @@ pub enum IoError {
         /// The limit, MB.
         limit_mb: u64,
     },
-    /// Content that is not what was expected, or has faults.
+    /// Content that is malformed or of another kind than expected.
     #[error("{path}{}: {message}", line.map_or(String::new(), |l| format!(", line {l}")))]
     Malformed {
         /// The file.
@@ -44,9 +46,9 @@ pub enum IoError {
         /// What was found and what to do.
         message: String,
     },
-    /// A picture too large to hold in memory.
+    /// An image above the size limit.
     #[error(
-        "{path} is {width}x{height} pixels; at most {max_side} a side and {max_megapixels} megapixels are read: scale it down"
+        "{path} is {width}x{height} pixels, but at most {max_side} pixels per side and {max_megapixels} megapixels are read: scale it down"
     )]
     ImageSize {
         /// The file.
@@ -55,14 +57,14 @@ pub enum IoError {
         width: u32,
         /// Rows.
         height: u32,
-        /// Most columns or rows.
+        /// Largest number of columns or rows.
         max_side: u32,
-        /// Most pixels, millions.
+        /// Largest number of pixels, millions.
         max_megapixels: u64,
     },
     /// Photos of one rig whose sizes differ.
     #[error(
-        "the photos differ in size: {first} is {}x{}, {second} is {}x{}; both cameras must give the same size",
+        "the photos differ in size: {first} is {}x{}, {second} is {}x{}; all four photos of the pairs must have the same size",
         first_size.0, first_size.1, second_size.0, second_size.1
     )]
     PhotoSizes {
@@ -75,9 +77,9 @@ pub enum IoError {
         /// Its width and height.
         second_size: (usize, usize),
     },
-    /// A path in a capture that leads out of its folder.
+    /// A path in a capture file that is outside the capture's folder.
     #[error(
-        "{file} names {path}, which lies outside the capture's folder; copy it into the folder, or give it on the command line"
+        "{file} names {path}, which is outside the capture's folder; copy it into the folder, or give it on the command line"
     )]
     Outside {
         /// The capture file.
@@ -101,14 +103,14 @@ pub enum IoError {
         /// What is wrong with it.
         source: MeshError,
     },
-    /// A file name whose ending names no known format.
-    #[error("{path}: unknown ending {found:?}; use {expected}")]
+    /// A file name extension of no supported format.
+    #[error("{path}: unknown file name extension {found:?}; use {expected}")]
     Ending {
         /// The file.
         path: PathBuf,
-        /// The ending found.
+        /// The extension found.
         found: String,
-        /// The endings there are.
+        /// The supported extensions.
         expected: &'static str,
     },
 }
@@ -135,7 +137,7 @@ impl IoError {
     }
 }
 
-/// What is wrong with the content of a file whose name is not known yet.
+/// A fault in the content of a file; [`Fault::in_file`] adds the file's name.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}{message}", line.map_or(String::new(), |l| format!("line {l}: ")))]
 pub struct Fault {

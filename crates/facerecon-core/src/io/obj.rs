@@ -1,7 +1,7 @@
-//! Wavefront OBJ with MTL and a texture picture.
+//! Wavefront OBJ with MTL and a texture image.
 //!
-//! The reader keeps the file's vertex order (templates name vertices by number), so it is our own;
-//! the material file is read by `tobj`, on lines that cannot trip it.
+//! The reader keeps the file's vertex order, since templates name vertices by number; `tobj` does
+//! not. `tobj` reads the material file, after lines that it cannot read are removed.
 
 mod material;
 mod parse;
@@ -9,15 +9,17 @@ mod parse;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{Fault, IoError, LoadedMesh, atomic, encode_png};
+use super::atomic;
+use super::error::{Fault, IoError};
+use super::image::encode_png;
+use super::loaded_mesh::LoadedMesh;
 use crate::data::{Mesh, Rgb};
-pub(super) use material::find_beside;
 
-/// Reads the bytes of an OBJ file; `folder` is where its materials and textures lie.
+/// Reads the bytes of an OBJ file; `folder` has its material files and textures.
 ///
 /// # Errors
 /// [`Fault`] with the line.
-pub fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
+pub(super) fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
     let mut parsed = parse::parse(bytes)?;
     let mut warnings = std::mem::take(&mut parsed.warnings);
     let texture =
@@ -25,11 +27,13 @@ pub fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
     Ok(LoadedMesh { mesh: parsed.mesh, texture, unit: None, warnings })
 }
 
-/// The text of an OBJ file: six digits after the point (nanometres for a mesh in millimetres).
-pub fn encode(mesh: &Mesh, material_file: Option<&str>) -> String {
-    // About what a vertex, a texture coordinate and a face take.
-    let mut out =
-        String::with_capacity(64 * (mesh.vertices.len() + mesh.uvs.len() + mesh.faces.len()));
+/// Average length of a line, for the capacity of the text.
+const BYTES_PER_LINE: usize = 64;
+
+/// The text of an OBJ file: six decimal places (nanometres for a mesh in millimetres).
+fn encode(mesh: &Mesh, material_file: Option<&str>) -> String {
+    let lines = mesh.vertices.len() + mesh.uvs.len() + mesh.faces.len();
+    let mut out = String::with_capacity(BYTES_PER_LINE * lines);
     out += "# facerecon\n";
     if let Some(name) = material_file {
         let _ = write!(out, "mtllib {name}\nusemtl face\n");
@@ -58,7 +62,7 @@ pub fn encode(mesh: &Mesh, material_file: Option<&str>) -> String {
     out
 }
 
-/// A number with six digits after the point and no minus before zero.
+/// A number with six decimal places, and no minus sign before zero.
 struct Fixed(f64);
 
 impl std::fmt::Display for Fixed {
@@ -68,22 +72,22 @@ impl std::fmt::Display for Fixed {
     }
 }
 
-/// Writes `NAME.obj`, and with a texture `NAME.mtl` and `NAME.png` beside it; the OBJ last, so that
-/// what it names is there.
+/// Writes `NAME.obj`, and with a texture `NAME.mtl` and `NAME.png` in the same folder; the OBJ last,
+/// so that the files it names exist.
 ///
 /// # Errors
-/// [`IoError::Write`], or [`IoError::Malformed`] for a name that OBJ cannot hold.
+/// [`IoError::Write`], or [`IoError::Malformed`] for a name that OBJ cannot contain.
 pub fn write(path: &Path, mesh: &Mesh, texture: Option<&Rgb>) -> Result<(), IoError> {
     let Some(texture) = texture else {
         return atomic::write(path, encode(mesh, None).as_bytes());
     };
     let png = encode_png(texture).map_err(|e| e.in_file(path))?;
-    let picture = path.with_extension("png");
-    let name = picture.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let image = path.with_extension("png");
+    let name = image.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     write_with(path, mesh, &name, &png)
 }
 
-/// Writes `NAME.obj` and `NAME.mtl` with an encoded PNG under a name of its own beside them.
+/// Writes `NAME.obj`, `NAME.mtl` and an encoded PNG named `texture_name` in the same folder.
 ///
 /// # Errors
 /// As [`write()`].
@@ -94,7 +98,7 @@ pub fn write_with(path: &Path, mesh: &Mesh, texture_name: &str, png: &[u8]) -> R
     if [name.as_str(), texture_name].iter().any(|n| n.is_empty() || n.contains(bad)) {
         return Err(IoError::malformed(
             path,
-            "an OBJ cannot name files with /, \\, # or control characters; choose another name",
+            "an OBJ cannot name files with /, \\, # or control characters; choose another file name",
         ));
     }
     let text = format!(

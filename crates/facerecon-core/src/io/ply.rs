@@ -1,20 +1,22 @@
-//! Stanford PLY: clouds and meshes, ASCII and binary in, binary little endian out.
+//! Stanford PLY: clouds and meshes; ASCII and binary are read, binary little endian is written.
 
 mod read;
 
 use std::path::Path;
 
-use super::{IoError, atomic, write_png};
+use super::atomic;
+use super::error::IoError;
+use super::image::write_png;
 use crate::data::{Cloud, Mesh, Rgb};
 use crate::math::Vec3;
-pub use read::{decode, decode_cloud};
+pub(super) use read::{decode, decode_cloud};
 
 /// The bytes of a PLY file with the points of a cloud: `x y z` (double), and where the cloud has
 /// them `nx ny nz` (float), `red green blue` (uchar), and `sigma quality` (float): the standard
 /// deviation in the unit of the points, and `1 / (1 + sigma)`, which viewers show as quality.
 ///
-/// `comment` says what the numbers mean (frame and unit); it goes into the header.
-pub fn encode_cloud(cloud: &Cloud, comment: &str) -> Vec<u8> {
+/// `comment` is written into the header: frame and unit of the points.
+fn encode_cloud(cloud: &Cloud, comment: &str) -> Vec<u8> {
     let count = cloud.len();
     let full = |n: usize| n == count && n > 0;
     let (normals, colors, sigmas) =
@@ -44,7 +46,7 @@ pub fn encode_cloud(cloud: &Cloud, comment: &str) -> Vec<u8> {
 
 /// The bytes of a PLY file with a mesh: `x y z` (double), colours where it has them, triangles, and
 /// for each triangle its texture coordinates (`texcoord`, six floats) where it has them.
-pub fn encode_mesh(mesh: &Mesh, comment: &str) -> Vec<u8> {
+fn encode_mesh(mesh: &Mesh, comment: &str) -> Vec<u8> {
     let colors = !mesh.colors.is_empty() && mesh.colors.len() == mesh.vertices.len();
     let uvs = !mesh.face_uvs.is_empty() && mesh.face_uvs.len() == mesh.faces.len();
     let mut out = header(comment, mesh.vertices.len(), false, colors);
@@ -94,7 +96,9 @@ fn vertex(out: &mut Vec<u8>, point: &Vec3) {
     point.iter().for_each(|c| out.extend(c.to_le_bytes()));
 }
 
-/// Writes a cloud; see [`encode_cloud`].
+/// Writes a cloud: `x y z` (double), and where the cloud has them `nx ny nz` (float), `red green
+/// blue` (uchar), and `sigma quality` (float), standard deviation and `1 / (1 + sigma)`. `comment`
+/// (frame and unit of the points) is written into the header.
 ///
 /// # Errors
 /// [`IoError::Write`].
@@ -102,18 +106,17 @@ pub fn write_cloud(path: &Path, cloud: &Cloud, comment: &str) -> Result<(), IoEr
     atomic::write(path, &encode_cloud(cloud, comment))
 }
 
-/// Writes a mesh; see [`encode_mesh`]. With a texture also `NAME.png` beside it, which the header
-/// names (`comment TextureFile`).
+/// Writes a mesh: `x y z` (double), colours, triangles and their texture coordinates. A texture is written as `NAME.png` in the same folder, which
+/// the header names (`comment TextureFile`).
 ///
 /// # Errors
 /// [`IoError::Write`].
 pub fn write_mesh(path: &Path, mesh: &Mesh, texture: Option<&Rgb>) -> Result<(), IoError> {
     let mut comment = String::from("facerecon");
     if let Some(texture) = texture {
-        let picture = path.with_extension("png");
-        write_png(&picture, texture)?;
-        let name =
-            picture.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let image = path.with_extension("png");
+        write_png(&image, texture)?;
+        let name = image.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         comment += &format!("\nTextureFile {name}");
     }
     atomic::write(path, &encode_mesh(mesh, &comment))

@@ -1,12 +1,16 @@
-//! Reading whole files with a limit, text in unknown encodings, and near misses of names.
+//! Reading files up to a size limit, text in unknown encodings, and files named by other files.
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::IoError;
+use super::error::IoError;
 
-/// Reads a file of at most `limit_mb` megabytes, however long it claims to be.
+/// Longest text file that [`read_text`] reads, MB; parameter files have a few kB.
+const MAX_TEXT_MB: u64 = 1;
+
+/// Reads a file of at most `limit_mb` megabytes. At most that many are read, also from a file whose
+/// length the system does not know. `what` names the kind of file in errors.
 pub(crate) fn read_bytes(
     path: &Path,
     what: &'static str,
@@ -15,7 +19,7 @@ pub(crate) fn read_bytes(
     let fail = |source| IoError::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(fail)?;
     if file.metadata().map_err(fail)?.is_dir() {
-        let source = std::io::Error::other(format!("it is a folder; a {what} is wanted"));
+        let source = std::io::Error::other(format!("it is a folder; a {what} is expected"));
         return Err(fail(source));
     }
     let limit = limit_mb << 20;
@@ -27,12 +31,15 @@ pub(crate) fn read_bytes(
     Ok(bytes)
 }
 
-/// Reads a short text file.
+/// Reads a text file of at most 1 MB; `what` names the kind of file in errors.
+///
+/// # Errors
+/// [`IoError::Read`] or [`IoError::TooLong`].
 pub fn read_text(path: &Path, what: &'static str) -> Result<String, IoError> {
-    read_bytes(path, what, 1).map(|bytes| decode_text(&bytes))
+    read_bytes(path, what, MAX_TEXT_MB).map(|bytes| decode_text(&bytes))
 }
 
-/// Text that is UTF-8 (with or without a byte order mark) or else Latin-1.
+/// Text in UTF-8 (with or without a byte order mark), or else in Latin-1.
 pub(crate) fn decode_text(bytes: &[u8]) -> String {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     match std::str::from_utf8(bytes) {
@@ -47,42 +54,21 @@ pub(crate) fn line_of(text: &str, offset: usize) -> usize {
     text.as_bytes().get(..end).map_or(1, |head| 1 + head.iter().filter(|&&b| b == b'\n').count())
 }
 
-/// The known name nearest to `name`, when it can be a slip of the pen.
-pub(crate) fn nearest_name<'a>(
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    let best = known.into_iter().map(|k| (edit_distance(name, k), k)).min()?;
-    (best.0 <= 1 + best.1.len() / 3).then_some(best.1)
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    // Names longer than this are no slips, and the table stays small.
-    let a: Vec<char> = a.chars().take(64).flat_map(char::to_lowercase).collect();
-    let b: Vec<char> = b.chars().take(64).flat_map(char::to_lowercase).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substitute = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substitute.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
+/// A file that another file in `folder` names: by the path as written, or by its file name alone,
+/// since many programs write paths of the author's machine.
+pub(super) fn find_beside(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.replace('\\', "/");
+    let last = name.rsplit('/').next().unwrap_or_default();
+    [name.as_str(), last]
+        .iter()
+        .filter(|n| !n.is_empty())
+        .map(|n| folder.join(n))
+        .find(|p| p.is_file())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn slips_are_found_and_strangers_are_not() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(nearest_name("nose_tp", ["chin", "nose_tip"]), Some("nose_tip"));
-        assert_eq!(nearest_name("elbow", ["chin", "nose_tip"]), None);
-    }
 
     #[test]
     fn text_is_utf8_or_latin1() {
@@ -92,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn endless_and_missing_files_are_refused() {
+    fn long_and_missing_files_are_refused() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("long");
         std::fs::write(&path, vec![0u8; (1 << 20) + 1]).unwrap();

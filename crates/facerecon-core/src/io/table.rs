@@ -3,14 +3,21 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::error::{Fault, IoError};
 use super::mesh::{MeshFormat, read_any};
 use super::source::{decode_text, read_bytes};
-use super::{Fault, IoError, atomic, ply};
+use super::{atomic, ply};
 use crate::data::{Cloud, Dot};
 use crate::math::{Vec2, Vec3};
 
-/// Longest table, MB.
+/// Longest table, MB: about two million rows.
 const MAX_FILE_MB: u64 = 256;
+/// Largest number in a cell. Larger ones are garbage in any unit.
+const MAX_VALUE: f64 = 1e9;
+/// Columns of a header that are read.
+const MAX_COLUMNS: usize = 100;
+/// Characters of a cell that an error message shows.
+const MAX_SHOWN: usize = 30;
 /// The columns of `matches.csv`.
 const COLUMNS: [&str; 12] =
     ["id", "xl", "yl", "xr", "yr", "disparity", "x_mm", "y_mm", "z_mm", "column", "row", "score"];
@@ -20,15 +27,15 @@ const COLUMNS: [&str; 12] =
 pub struct MatchRow {
     /// Number of the match.
     pub id: usize,
-    /// Position in the original left photo, pixels.
+    /// Position in the left photo, pixels.
     pub left: Vec2,
-    /// Position in the original right photo, pixels.
+    /// Position in the right photo, pixels.
     pub right: Vec2,
     /// Disparity `xl - xr` of the rectified pair, pixels; `None` where unknown.
     pub disparity: Option<f64>,
-    /// Position in the left camera's frame, millimetres; `None` without a rig.
+    /// Position in the camera frame, millimetres; `None` without a rig.
     pub position: Option<Vec3>,
-    /// `[column, row]` in the pattern; `None` where unknown.
+    /// `[column, row]` of the dot in the pattern; `None` where unknown.
     pub lattice: Option<[i32; 2]>,
     /// Confidence, 0 to 1.
     pub score: f64,
@@ -48,8 +55,8 @@ pub fn write_dots(path: &Path, dots: &[Dot]) -> Result<(), IoError> {
     atomic::write(path, out.as_bytes())
 }
 
-/// The text of `matches.csv`: 5 digits after the point for lengths, empty cells where unknown.
-pub fn matches_csv(rows: &[MatchRow]) -> String {
+/// The text of `matches.csv`: five decimal places for lengths, empty cells where unknown.
+fn matches_csv(rows: &[MatchRow]) -> String {
     let mut out = COLUMNS.join(",") + "\n";
     for row in rows {
         let (xl, yl) = (row.left.x, row.left.y);
@@ -71,7 +78,7 @@ pub fn matches_csv(rows: &[MatchRow]) -> String {
     out
 }
 
-/// Writes `matches.csv`, whole or not at all.
+/// Writes `matches.csv` atomically.
 ///
 /// # Errors
 /// [`IoError::Write`].
@@ -79,8 +86,8 @@ pub fn write_matches(path: &Path, rows: &[MatchRow]) -> Result<(), IoError> {
     atomic::write(path, matches_csv(rows).as_bytes())
 }
 
-/// Reads a table of matches: any CSV with the columns `xl yl xr yr`; the other columns of
-/// `matches.csv` where they are there, in any order.
+/// Reads a table of matches: any CSV with the columns `xl yl xr yr`, and the other columns of
+/// `matches.csv` where it has them, in any order.
 ///
 /// # Errors
 /// [`IoError`] with the line.
@@ -93,7 +100,7 @@ pub fn read_matches(path: &Path) -> Result<Vec<MatchRow>, IoError> {
 ///
 /// # Errors
 /// [`Fault`] with the line.
-pub fn parse_matches(bytes: &[u8]) -> Result<Vec<MatchRow>, Fault> {
+fn parse_matches(bytes: &[u8]) -> Result<Vec<MatchRow>, Fault> {
     let text = decode_text(bytes);
     let table = Table::new(&text)?;
     let place = |name: &str| table.header.iter().position(|h| h == name);
@@ -102,7 +109,9 @@ pub fn parse_matches(bytes: &[u8]) -> Result<Vec<MatchRow>, Fault> {
             let found = table.header.join(",");
             Fault::at(
                 1,
-                format!("there is no column {name}; xl,yl,xr,yr are needed, but there are {found}"),
+                format!(
+                    "there is no column {name}; the columns are {found}, but xl,yl,xr,yr are needed"
+                ),
             )
         })
     };
@@ -118,8 +127,9 @@ pub fn parse_matches(bytes: &[u8]) -> Result<Vec<MatchRow>, Fault> {
             };
             let mut at = [0.0; 4];
             for (value, place) in at.iter_mut().zip(corners) {
-                *value = cell(Some(place))?
-                    .ok_or_else(|| Fault::at(line, "a match has no position in one photo"))?;
+                *value = cell(Some(place))?.ok_or_else(|| {
+                    Fault::at(line, "the match needs numbers in xl, yl, xr and yr")
+                })?;
             }
             let [id, disparity, x, y, z, column, row, score] = [
                 cell(others[0])?,
@@ -146,10 +156,10 @@ pub fn parse_matches(bytes: &[u8]) -> Result<Vec<MatchRow>, Fault> {
 
 /// Reads points: PLY, CSV or XYZ text (columns `x y z`, `x_mm y_mm z_mm`, `X Y Z`, or the first
 /// three of a table without header), or the vertices of any mesh file. Rows of `matches.csv`
-/// without a position are passed over.
+/// without a position are ignored.
 ///
 /// # Errors
-/// [`IoError`] with the line, or that there is no point.
+/// [`IoError`] with the line, or for a file without points.
 pub fn read_points(path: &Path) -> Result<Cloud, IoError> {
     let bytes = read_bytes(path, "table of points", MAX_FILE_MB)?;
     let cloud = match MeshFormat::of(path, &bytes) {
@@ -161,7 +171,7 @@ pub fn read_points(path: &Path) -> Result<Cloud, IoError> {
         None => parse_points(&bytes).map_err(|e| e.in_file(path))?,
     };
     if cloud.is_empty() {
-        return Err(IoError::malformed(path, "there are no points in the file"));
+        return Err(IoError::malformed(path, "the file has no points"));
     }
     Ok(cloud)
 }
@@ -170,7 +180,7 @@ pub fn read_points(path: &Path) -> Result<Cloud, IoError> {
 ///
 /// # Errors
 /// [`Fault`] with the line.
-pub fn parse_points(bytes: &[u8]) -> Result<Cloud, Fault> {
+fn parse_points(bytes: &[u8]) -> Result<Cloud, Fault> {
     let text = decode_text(bytes);
     let table = Table::new(&text)?;
     let find = |names: [&str; 3]| {
@@ -184,7 +194,7 @@ pub fn parse_points(bytes: &[u8]) -> Result<Cloud, Fault> {
             let found = table.header.join(",");
             return Err(Fault::at(
                 1,
-                format!("there are no columns x,y,z or x_mm,y_mm,z_mm, but {found}"),
+                format!("there are no columns x,y,z or x_mm,y_mm,z_mm; the columns are {found}"),
             ));
         }
     };
@@ -207,18 +217,18 @@ pub fn parse_points(bytes: &[u8]) -> Result<Cloud, Fault> {
 struct Table<'a> {
     text: &'a str,
     separator: Option<char>,
-    /// Lower-case names; of a table without header its first cells.
+    /// Names in lower case; the first row of a table without header.
     header: Vec<String>,
-    /// Whether the first line holds numbers and no names.
+    /// Whether the first line has numbers, not names.
     numeric: bool,
 }
 
 impl<'a> Table<'a> {
     fn new(text: &'a str) -> Result<Self, Fault> {
-        let first = meaningful(text).next().ok_or_else(|| Fault::new("the table is empty"))?.1;
+        let first = data_lines(text).next().ok_or_else(|| Fault::new("the table is empty"))?.1;
         let separator = [',', ';', '\t'].into_iter().find(|c| first.contains(*c));
         let header: Vec<String> =
-            cells(first, separator).iter().take(100).map(|c| c.to_lowercase()).collect();
+            cells(first, separator).iter().take(MAX_COLUMNS).map(|c| c.to_lowercase()).collect();
         let numeric = header.iter().all(|c| c.parse::<f64>().is_ok());
         Ok(Self { text, separator, header, numeric })
     }
@@ -226,13 +236,14 @@ impl<'a> Table<'a> {
     /// Line number and cells of every row of data.
     fn rows(&self) -> impl Iterator<Item = (usize, Vec<&'a str>)> {
         let separator = self.separator;
-        meaningful(self.text)
+        data_lines(self.text)
             .skip(usize::from(!self.numeric))
             .map(move |(line, row)| (line, cells(row, separator)))
     }
 }
 
-fn meaningful(text: &str) -> impl Iterator<Item = (usize, &str)> {
+/// Numbered lines that are neither empty nor comments.
+fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
@@ -245,11 +256,11 @@ fn cells(line: &str, separator: Option<char>) -> Vec<&str> {
 }
 
 fn number(cell: &str, line: usize) -> Result<f64, Fault> {
-    let shown = || cell.chars().take(30).collect::<String>();
+    let shown = || cell.chars().take(MAX_SHOWN).collect::<String>();
     match cell.parse::<f64>() {
-        Ok(value) if value.is_finite() && value.abs() < 1e9 => Ok(value),
-        Ok(_) => Err(Fault::at(line, format!("{} is no possible value", shown()))),
-        Err(_) => Err(Fault::at(line, format!("{:?} is no number", shown()))),
+        Ok(value) if value.is_finite() && value.abs() < MAX_VALUE => Ok(value),
+        Ok(_) => Err(Fault::at(line, format!("{} is not a possible value", shown()))),
+        Err(_) => Err(Fault::at(line, format!("{:?} is not a number", shown()))),
     }
 }
 

@@ -1,6 +1,6 @@
 //! All parameters in one struct; the two profiles; TOML and single settings.
 
-use crate::settings::{self, SettingsError, Value};
+use crate::settings::{self, SettingsError};
 use crate::stages::cameras::CamerasParams;
 use crate::stages::correspond::{CorrespondMethod, CorrespondParams};
 use crate::stages::deform::{DeformMethod, DeformParams};
@@ -132,6 +132,7 @@ impl Params {
         for (name, value) in sets {
             settings::set::<Self>(&mut given, name, value)?;
         }
+        settings::resolve_keys::<Self>(&mut given)?;
         if let Some(name) = profile {
             given.insert("profile".into(), toml::Value::String(name.to_owned()));
         }
@@ -141,10 +142,7 @@ impl Params {
         };
         let mut table = toml::Table::try_from(&base).map_err(|e| malformed(&e))?;
         merge(&mut table, given);
-        let params: Self =
-            table.try_into().map_err(|e: toml::de::Error| malformed(&e.message()))?;
-        params.check("", None)?;
-        Ok(params)
+        settings::from_table(table)
     }
 
     /// The whole commented TOML.
@@ -170,6 +168,7 @@ fn merge(base: &mut toml::Table, over: toml::Table) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Value;
 
     #[test]
     fn both_profiles_survive_their_own_toml() {

@@ -172,6 +172,7 @@ pub fn texture_mesh(
                 .into(),
         ));
     }
+    capture.validate().map_err(|e| Error::Input(format!("texture: {e}")))?;
     require_in_view(capture, mesh)?;
     let in_place = Similarity::identity();
     let mut photos = inputs::photos(capture, plain, &in_place);

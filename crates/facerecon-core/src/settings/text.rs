@@ -1,8 +1,9 @@
-//! Settings as TOML: printed with their documentation, and set by dotted names.
+//! Parameters printed as TOML with their documentation.
 
 use serde::Serialize;
 
-use super::{Field, Kind, SettingsError, Value};
+use super::types::{Field, Kind, SettingsError};
+use super::value::Value;
 
 /// The fields of a settings struct, in the order of their declaration.
 pub fn fields<T: Value>() -> Vec<Field> {
@@ -13,7 +14,7 @@ pub fn fields<T: Value>() -> Vec<Field> {
 }
 
 /// A settings struct as TOML, every field with its meaning, unit, range and choices as comments.
-/// Values that are left out stand as commented lines.
+/// Absent values are written as commented lines.
 ///
 /// # Errors
 /// [`SettingsError::Malformed`] when the value cannot be written as TOML.
@@ -72,86 +73,4 @@ fn comment(field: &Field) -> String {
         }
     }
     text
-}
-
-/// Sets one parameter by its dotted name from text as written on a command line; text that is not
-/// a TOML value counts as a string.
-///
-/// # Errors
-/// [`SettingsError::Unknown`] for a name that is not there, naming the nearest ones.
-pub fn set<T: Value>(table: &mut toml::Table, name: &str, text: &str) -> Result<(), SettingsError> {
-    let parts: Vec<&str> = name.split('.').collect();
-    let mut level = fields::<T>();
-    let mut target = table;
-    for (depth, part) in parts.iter().enumerate() {
-        let Some(field) = level.iter().find(|f| f.name == *part) else {
-            let names: Vec<_> = level.iter().map(|f| f.name).collect();
-            let hint = format!("here there are: {}", names.join(", "));
-            return Err(SettingsError::Unknown { name: name.to_owned(), hint });
-        };
-        let last = depth + 1 == parts.len();
-        match (&field.kind, last) {
-            (Kind::Group(inner), false) => {
-                let entry = target
-                    .entry((*part).to_owned())
-                    .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-                let Some(sub) = entry.as_table_mut() else {
-                    return Err(SettingsError::Malformed(format!("{part} is not a table")));
-                };
-                target = sub;
-                level = inner.clone();
-            }
-            (Kind::Group(inner), true) => {
-                let names: Vec<_> = inner.iter().map(|f| format!("{name}.{}", f.name)).collect();
-                let hint = format!("it is a group of: {}", names.join(", "));
-                return Err(SettingsError::Unknown { name: name.to_owned(), hint });
-            }
-            (_, false) => {
-                let hint = format!("{} has no parts", parts[..=depth].join("."));
-                return Err(SettingsError::Unknown { name: name.to_owned(), hint });
-            }
-            (kind, true) => {
-                let value = parse_value(kind, text);
-                check_kind(name, kind, &value)?;
-                target.insert((*part).to_owned(), value);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Names the parameter and what it must be, which the TOML reader's own message does not.
-fn check_kind(name: &str, kind: &Kind, value: &toml::Value) -> Result<(), SettingsError> {
-    let (fits, wanted) = match kind {
-        Kind::Number => (value.is_float() || value.is_integer(), "a number".to_owned()),
-        Kind::Integer => (value.is_integer(), "a whole number".to_owned()),
-        Kind::Switch => (value.is_bool(), "true or false".to_owned()),
-        Kind::Choice(choices) => {
-            let names: Vec<_> = choices.iter().map(|c| c.0).collect();
-            let fits = value.as_str().is_none_or(|given| names.contains(&given));
-            (fits, format!("one of {}", names.join(", ")))
-        }
-        Kind::List(inner) => match value.as_array() {
-            Some(items) => return items.iter().try_for_each(|i| check_kind(name, inner, i)),
-            None => (false, "a list, as [1, 2, 3]".to_owned()),
-        },
-        Kind::Optional(inner) => return check_kind(name, inner, value),
-        Kind::Text | Kind::Group(_) => return Ok(()),
-    };
-    if fits {
-        return Ok(());
-    }
-    Err(SettingsError::Malformed(format!("{name} is {value}, but must be {wanted}")))
-}
-
-fn parse_value(kind: &Kind, text: &str) -> toml::Value {
-    let parsed = format!("v = {text}").parse::<toml::Table>().ok().and_then(|mut t| t.remove("v"));
-    match (kind, parsed) {
-        (Kind::Text | Kind::Choice(_), Some(toml::Value::String(s))) => toml::Value::String(s),
-        (Kind::Text | Kind::Choice(_), _) | (_, None) => toml::Value::String(text.to_owned()),
-        // "5" is a fine real number on a command line
-        (Kind::Number, Some(toml::Value::Integer(i))) => toml::Value::Float(i as f64),
-        (Kind::Optional(inner), Some(_)) => parse_value(inner, text),
-        (_, Some(value)) => value,
-    }
 }

@@ -10,8 +10,8 @@ mod tests;
 pub use rows::RowsParams;
 pub use warp::{warp, warp_rgb};
 
-use crate::camera::{Rectification, RigError, View};
-use crate::data::{Capture, Gray, PatternKind, Photo, Rgb};
+use crate::camera::{Rectification, View};
+use crate::data::{Capture, CaptureError, Gray, PatternKind, Photo, Rgb};
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings;
 use crate::settings::{SettingsError, Value};
@@ -30,28 +30,9 @@ settings! {
 /// Photos that cannot be rectified.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RectifyError {
-    /// A photo of another size than the left one.
-    #[error(
-        "the {photo} photo is {got_width}x{got_height}, but the left photo is {width}x{height}; all photos of a capture must have one size"
-    )]
-    Sizes {
-        /// Which photo.
-        photo: &'static str,
-        /// Its width.
-        got_width: usize,
-        /// Its height.
-        got_height: usize,
-        /// Width of the left photo.
-        width: usize,
-        /// Height of the left photo.
-        height: usize,
-    },
-    /// Photos without pixels.
-    #[error("the photos have no pixels")]
-    Empty,
-    /// A rig that cannot be used.
-    #[error("{0}")]
-    Rig(#[from] RigError),
+    /// A capture that is not valid.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
     /// A rig whose rectified pictures would be far larger than the photos.
     #[error(
         "the rectified pictures would be {got_width}x{got_height} for photos of {width}x{height}; the calibration does not belong to these photos, or the cameras look too far apart"
@@ -116,21 +97,18 @@ const CANVAS_LIMIT: usize = 6;
 /// Rectifies both pairs of a capture. Photos of a parallel rig keep their pixels.
 ///
 /// # Errors
-/// [`RectifyError`] for photos of different sizes or a rig that cannot be used.
+/// [`RectifyError`] for a capture that is not valid, or a rig that does not fit the photos.
 pub fn rectify(
     capture: &Capture,
     params: &RectifyParams,
     observer: &dyn Observer,
 ) -> Result<Rectified, RectifyError> {
     params.check("rectify", None)?;
-    check_sizes(capture)?;
+    capture.validate()?;
     let size = capture.left.size();
     let mut warnings = Vec::new();
     let mut rectification = match &capture.rig {
-        Some(rig) if params.calibrated => {
-            rig.validate(size)?;
-            Rectification::from_rig(rig, size)
-        }
+        Some(rig) if params.calibrated => Rectification::from_rig(rig, size),
         _ => Rectification::identity(size),
     };
     check_canvas(&rectification, size)?;
@@ -185,21 +163,6 @@ impl Pictures {
             plain: capture.plain.as_ref().map(|[l, r]| [see(l, left), see(r, right)]),
         }
     }
-}
-
-fn check_sizes(capture: &Capture) -> Result<(), RectifyError> {
-    let (width, height) = capture.left.size();
-    if width == 0 || height == 0 {
-        return Err(RectifyError::Empty);
-    }
-    let plain = capture.plain.iter().flatten().zip(["left plain", "right plain"]);
-    for (photo, name) in std::iter::once((&capture.right, "right")).chain(plain) {
-        let (got_width, got_height) = photo.size();
-        if (got_width, got_height) != (width, height) {
-            return Err(RectifyError::Sizes { photo: name, got_width, got_height, width, height });
-        }
-    }
-    Ok(())
 }
 
 fn check_canvas(

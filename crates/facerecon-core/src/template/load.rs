@@ -180,7 +180,7 @@ fn unknown(name: &str) -> TemplateError {
     let all = known.iter().copied().chain(["head", "head-coarse"]);
     TemplateError::Unknown {
         name: name.to_owned(),
-        hint: crate::io::nearest_name(name, all)
+        hint: crate::settings::nearest_name(name, all)
             .map_or(String::new(), |n| format!(" (did you mean {n}?)")),
         known: known.join(", "),
     }

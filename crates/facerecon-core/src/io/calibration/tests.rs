@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::camera::{Distortion, RigError};
-use crate::math::Vec2;
+use crate::math::{Vec2, Vec3};
 
 const MATRICES: &str = r"K1: !!opencv-matrix
    rows: 3
@@ -63,7 +63,7 @@ fn every_header_of_opencv_yaml_is_read() {
 }
 
 #[test]
-fn names_of_other_programs_are_known() {
+fn names_of_other_programs_are_read() {
     let expected = rig(MATRICES);
     let names = [
         ["M1", "D1", "M2", "D2", "R", "T"],
@@ -93,7 +93,7 @@ fn names_of_other_programs_are_known() {
 }
 
 #[test]
-fn xml_and_json_say_the_same() {
+fn xml_and_json_give_the_same_rig() {
     let expected = rig(MATRICES);
     let matrix = |name: &str, rows: usize, columns: usize, data: &str| {
         format!(
@@ -188,7 +188,7 @@ fn mistakes_are_named() {
 }
 
 #[test]
-fn a_rig_that_cannot_be_is_refused_with_its_file() {
+fn an_impossible_rig_is_refused_with_its_file() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("swapped.yml");
     std::fs::write(&path, MATRICES.replace("-150., 0.5", "150., 0.5")).unwrap();

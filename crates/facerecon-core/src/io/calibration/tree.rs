@@ -1,11 +1,8 @@
-//! YAML, JSON and XML as one small tree.
+//! The values of a calibration file, independent of its format.
 
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
-
-use super::xml;
-use crate::io::Fault;
 
 /// A value of a calibration file.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,53 +14,6 @@ pub(super) enum Tree {
     Map(Vec<(String, Tree)>),
 }
 
-/// Reads the top entries of a file in any of the formats.
-pub(super) fn parse(text: &str) -> Result<Vec<(String, Tree)>, Fault> {
-    let start = text.trim_start();
-    let tree = if start.starts_with('<') {
-        xml::parse(text)?
-    } else if start.starts_with('{') {
-        let tree = serde_json::from_str(text)
-            .map_err(|e| Fault::at(e.line(), format!("this is no JSON ({e})")))?;
-        unwrap_storage(tree)
-    } else {
-        yaml(text)?
-    };
-    match tree {
-        Tree::Map(entries) => Ok(entries),
-        _ => Err(Fault::new(
-            "this is no calibration; an OpenCV FileStorage (YAML, XML or JSON) with K1 D1 K2 D2 R T \
-             is wanted",
-        )),
-    }
-}
-
-/// FileStorage XML and some JSON hold everything in one `opencv_storage`.
-fn unwrap_storage(tree: Tree) -> Tree {
-    match tree {
-        Tree::Map(mut entries) if entries.len() == 1 && entries[0].0 == "opencv_storage" => {
-            entries.remove(0).1
-        }
-        other => other,
-    }
-}
-
-fn yaml(text: &str) -> Result<Tree, Fault> {
-    // OpenCV's `%YAML:1.0` is no directive of any YAML version.
-    let body: String = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| if i == 0 && line.starts_with("%YAML") { "" } else { line })
-        .flat_map(|line| [line, "\n"])
-        .collect();
-    serde_saphyr::from_str(&body).map_err(|e| {
-        let line = e.location().and_then(|l| usize::try_from(l.line()).ok()).filter(|l| *l > 0);
-        let message = e.to_string();
-        let first = message.lines().next().unwrap_or_default();
-        Fault { line, message: format!("this is no OpenCV YAML, XML or JSON ({first})") }
-    })
-}
-
 impl Tree {
     /// All numbers of a matrix (`rows`, `cols`, `data`), of nested lists, or of one number.
     pub(super) fn numbers(&self) -> Result<Vec<f64>, String> {
@@ -72,7 +22,7 @@ impl Tree {
             Self::Map(entries) => {
                 let get = |name: &str| entries.iter().find(|(k, _)| k == name).map(|(_, v)| v);
                 let data =
-                    get("data").ok_or("it is no matrix: rows, cols and data are expected")?;
+                    get("data").ok_or("it is not a matrix: rows, cols and data are expected")?;
                 data.collect(&mut out)?;
                 let side = |name: &str| match get(name) {
                     Some(Self::Number(n)) => Some(*n),
@@ -82,7 +32,7 @@ impl Tree {
                     && rows * columns != out.len() as f64
                 {
                     return Err(format!(
-                        "it says {rows} x {columns}, but has {} numbers",
+                        "a matrix of {rows} x {columns} is declared, but it has {} numbers",
                         out.len()
                     ));
                 }
@@ -90,7 +40,7 @@ impl Tree {
             other => other.collect(&mut out)?,
         }
         match out.iter().find(|v| !v.is_finite()) {
-            Some(v) => Err(format!("it holds {v}; all numbers must be finite")),
+            Some(v) => Err(format!("it contains {v}; all numbers must be finite")),
             None => Ok(out),
         }
     }
@@ -101,15 +51,17 @@ impl Tree {
             Self::List(items) => items.iter().try_for_each(|i| i.collect(out))?,
             Self::Text(text) => {
                 for word in text.split_whitespace() {
-                    // OpenCV writes .Nan and .Inf; both are refused with all that is not finite.
-                    let odd =
+                    // OpenCV writes .Nan and .Inf; `numbers` refuses both.
+                    let not_finite =
                         ["nan", "inf"].contains(&&*word.to_lowercase().replace(['.', '-'], ""));
-                    let value = if odd { Ok(f64::NAN) } else { word.parse() };
-                    out.push(value.map_err(|_| format!("{word:?} is no number"))?);
+                    let value = if not_finite { Ok(f64::NAN) } else { word.parse() };
+                    out.push(value.map_err(|_| format!("{word:?} is not a number"))?);
                 }
             }
             Self::Nothing => {}
-            Self::Map(_) => return Err("it holds names where numbers are expected".into()),
+            Self::Map(_) => {
+                return Err("it contains named entries, but numbers are expected".into());
+            }
         }
         Ok(())
     }

@@ -4,15 +4,50 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::constants::{
+    ARRAY_BUFFER, BINARY_CHUNK, CHUNK_HEADER_BYTES, CLAMP_TO_EDGE, ELEMENT_ARRAY_BUFFER, FLOAT,
+    HEADER_BYTES, JSON_CHUNK, LINEAR, LINEAR_MIPMAP_LINEAR, MAGIC, METRES_PER_MM, UNSIGNED_BYTE,
+    UNSIGNED_INT, VERSION,
+};
+use super::srgb::to_linear;
 use crate::data::Mesh;
+use crate::math::Vec3;
 
-const FLOAT: u32 = 5126;
-const UNSIGNED_BYTE: u32 = 5121;
-const UNSIGNED_INT: u32 = 5125;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+/// Roughness of the material: skin is dull; it only affects how viewers shade the mesh.
+const ROUGHNESS: f64 = 0.9;
 
-/// Buffers and their description, growing together.
+/// The bytes of a GLB file of a valid mesh in millimetres, with an encoded PNG as its texture. glTF
+/// has one index per corner, so that a vertex on a seam of the texture is repeated; otherwise the
+/// order is that of the mesh.
+pub fn encode(mesh: &Mesh, texture_png: Option<&[u8]>) -> Vec<u8> {
+    let (corners, faces) = split_seams(mesh);
+    let mut buffers = Buffers::default();
+    let mut attributes = geometry(mesh, &corners, &mut buffers);
+    if mesh.has_uv() {
+        attributes["TEXCOORD_0"] = json!(texture_coordinates(mesh, &corners, &mut buffers));
+    }
+    if !mesh.colors.is_empty() && texture_png.is_none() {
+        attributes["COLOR_0"] = json!(colors(mesh, &corners, &mut buffers));
+    }
+    let indices = triangles(&faces, &mut buffers);
+    let scale = [METRES_PER_MM; 3];
+    let mut root = json!({
+        "asset": { "version": "2.0", "generator": "facerecon" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "name": "face", "mesh": 0, "scale": scale }],
+        "meshes": [{ "name": "face", "primitives": [
+            { "attributes": attributes, "indices": indices, "material": 0 }
+        ]}],
+    });
+    add_material(&mut root, texture_png, &mut buffers);
+    root["buffers"] = json!([{ "byteLength": buffers.bytes.len() }]);
+    root["bufferViews"] = Value::Array(buffers.views);
+    root["accessors"] = Value::Array(buffers.accessors);
+    container(root.to_string().into_bytes(), &buffers.bytes)
+}
+
+/// The binary chunk and its description.
 #[derive(Default)]
 struct Buffers {
     bytes: Vec<u8>,
@@ -21,7 +56,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    /// Adds a view; each begins on a multiple of four bytes.
+    /// Adds a view; each begins at a multiple of four bytes. Returns its index.
     fn view(&mut self, data: &[u8], target: Option<u32>) -> usize {
         let mut view = json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": data.len()
@@ -35,6 +70,7 @@ impl Buffers {
         self.views.len() - 1
     }
 
+    /// Adds an accessor and returns its index.
     fn accessor(&mut self, view: usize, component: u32, kind: &str, count: usize) -> usize {
         self.accessors.push(json!({
             "bufferView": view, "componentType": component, "type": kind, "count": count
@@ -42,6 +78,7 @@ impl Buffers {
         self.accessors.len() - 1
     }
 
+    /// Adds rows of numbers and returns the index of their accessor.
     fn floats<const N: usize>(&mut self, data: &[[f32; N]], kind: &str) -> usize {
         let bytes: Vec<u8> = data.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes, Some(ARRAY_BUFFER));
@@ -49,14 +86,9 @@ impl Buffers {
     }
 }
 
-/// The bytes of a GLB file of a valid mesh in millimetres, with an encoded PNG as its texture. glTF
-/// has one index a corner, so that a vertex on a seam of the texture stands there more than once;
-/// otherwise the order is the mesh's.
-pub fn encode(mesh: &Mesh, texture_png: Option<&[u8]>) -> Vec<u8> {
-    let (corners, faces) = split_seams(mesh);
-    let normals = mesh.vertex_normals();
-    let mut buffers = Buffers::default();
-    let single = |v: crate::math::Vec3| [v.x as f32, v.y as f32, v.z as f32];
+/// Positions with their bounds, and normals.
+fn geometry(mesh: &Mesh, corners: &[Corner], buffers: &mut Buffers) -> Value {
+    let single = |v: Vec3| [v.x as f32, v.y as f32, v.z as f32];
     let positions: Vec<[f32; 3]> =
         corners.iter().map(|&(v, _)| single(mesh.vertices[v as usize])).collect();
     let position = buffers.floats(&positions, "VEC3");
@@ -65,73 +97,64 @@ pub fn encode(mesh: &Mesh, texture_png: Option<&[u8]>) -> Vec<u8> {
     };
     buffers.accessors[position]["min"] = json!(bound(f32::min, f32::INFINITY));
     buffers.accessors[position]["max"] = json!(bound(f32::max, f32::NEG_INFINITY));
-    let upward = |n: crate::math::Vec3| if n == n * 0.0 { [0.0, 0.0, 1.0] } else { single(n) };
-    let directions: Vec<[f32; 3]> =
-        corners.iter().map(|&(v, _)| upward(normals[v as usize])).collect();
-    let mut attributes = json!({
-        "POSITION": position, "NORMAL": buffers.floats(&directions, "VEC3")
-    });
-    if mesh.has_uv() {
-        // glTF counts v from the top.
-        let uvs: Vec<[f32; 2]> = corners
-            .iter()
-            .map(|&(_, k)| k.and_then(|k| mesh.uvs.get(k as usize)).copied().unwrap_or_default())
-            .map(|[u, v]| [u as f32, (1.0 - v) as f32])
-            .collect();
-        attributes["TEXCOORD_0"] = json!(buffers.floats(&uvs, "VEC2"));
-    }
-    if !mesh.colors.is_empty() && texture_png.is_none() {
-        let linear = |c: [u8; 3]| {
-            let [r, g, b] = c.map(|v| to_linear(f32::from(v) / 255.0));
-            [r, g, b].map(|v| (v * 255.0).round() as u8)
-        };
-        let bytes: Vec<u8> = corners
-            .iter()
-            .map(|&(v, _)| mesh.colors.get(v as usize).copied().unwrap_or_default())
-            .flat_map(|c| {
-                let [r, g, b] = linear(c);
-                [r, g, b, 255]
-            })
-            .collect();
-        let view = buffers.view(&bytes, Some(ARRAY_BUFFER));
-        let color = buffers.accessor(view, UNSIGNED_BYTE, "VEC4", corners.len());
-        buffers.accessors[color]["normalized"] = json!(true);
-        attributes["COLOR_0"] = json!(color);
-    }
+    // glTF requires unit normals, also where a vertex has no area.
+    let unit = |n: Vec3| if n == n * 0.0 { [0.0, 0.0, 1.0] } else { single(n) };
+    let normals = mesh.vertex_normals();
+    let normals: Vec<[f32; 3]> = corners.iter().map(|&(v, _)| unit(normals[v as usize])).collect();
+    json!({ "POSITION": position, "NORMAL": buffers.floats(&normals, "VEC3") })
+}
+
+/// glTF counts v from the top.
+fn texture_coordinates(mesh: &Mesh, corners: &[Corner], buffers: &mut Buffers) -> usize {
+    let uvs: Vec<[f32; 2]> = corners
+        .iter()
+        .map(|&(_, k)| k.and_then(|k| mesh.uvs.get(k as usize)).copied().unwrap_or_default())
+        .map(|[u, v]| [u as f32, (1.0 - v) as f32])
+        .collect();
+    buffers.floats(&uvs, "VEC2")
+}
+
+/// Vertex colours in linear light, opaque.
+fn colors(mesh: &Mesh, corners: &[Corner], buffers: &mut Buffers) -> usize {
+    let linear = |v: u8| (to_linear(f32::from(v) / 255.0) * 255.0).round() as u8;
+    let bytes: Vec<u8> = corners
+        .iter()
+        .map(|&(v, _)| mesh.colors.get(v as usize).copied().unwrap_or_default())
+        .flat_map(|[r, g, b]| [linear(r), linear(g), linear(b), 255])
+        .collect();
+    let view = buffers.view(&bytes, Some(ARRAY_BUFFER));
+    let color = buffers.accessor(view, UNSIGNED_BYTE, "VEC4", corners.len());
+    buffers.accessors[color]["normalized"] = json!(true);
+    color
+}
+
+fn triangles(faces: &[[u32; 3]], buffers: &mut Buffers) -> usize {
     let bytes: Vec<u8> = faces.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
     let view = buffers.view(&bytes, Some(ELEMENT_ARRAY_BUFFER));
-    let indices = buffers.accessor(view, UNSIGNED_INT, "SCALAR", 3 * faces.len());
-    let mut surface = json!({ "metallicFactor": 0.0, "roughnessFactor": 0.9 });
-    let mut root = json!({
-        "asset": { "version": "2.0", "generator": "facerecon" },
-        "scene": 0,
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "name": "face", "mesh": 0, "scale": [0.001, 0.001, 0.001] }],
-        "meshes": [{ "name": "face", "primitives": [
-            { "attributes": attributes, "indices": indices, "material": 0 }
-        ]}],
-    });
+    buffers.accessor(view, UNSIGNED_INT, "SCALAR", 3 * faces.len())
+}
+
+/// The material, and the texture where there is one.
+fn add_material(root: &mut Value, texture_png: Option<&[u8]>, buffers: &mut Buffers) {
+    let mut surface = json!({ "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS });
     if let Some(png) = texture_png {
         let view = buffers.view(png, None);
         root["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
-        root["samplers"] =
-            json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071 }]);
+        root["samplers"] = json!([{
+            "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR,
+            "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE
+        }]);
         root["textures"] = json!([{ "source": 0, "sampler": 0 }]);
         surface["baseColorTexture"] = json!({ "index": 0 });
     }
     root["materials"] =
         json!([{ "name": "face", "pbrMetallicRoughness": surface, "doubleSided": true }]);
-    root["buffers"] = json!([{ "byteLength": buffers.bytes.len() }]);
-    root["bufferViews"] = Value::Array(buffers.views);
-    root["accessors"] = Value::Array(buffers.accessors);
-    container(root.to_string().into_bytes(), &buffers.bytes)
 }
 
 /// A vertex of the file: vertex and texture coordinate of the mesh.
 type Corner = (u32, Option<u32>);
 
-/// The vertices of the file, the mesh's own order first, and the
-/// triangles that use them.
+/// The vertices of the file, those of the mesh first and in its order, and the triangles of them.
 fn split_seams(mesh: &Mesh) -> (Vec<Corner>, Vec<[u32; 3]>) {
     let mut corners: Vec<Corner> = (0..mesh.vertices.len() as u32).map(|v| (v, None)).collect();
     let mut copies: BTreeMap<(u32, u32), u32> = BTreeMap::new();
@@ -155,24 +178,19 @@ fn split_seams(mesh: &Mesh) -> (Vec<Corner>, Vec<[u32; 3]>) {
     (corners, faces)
 }
 
-/// sRGB to linear light, as glTF's vertex colours are.
-fn to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
 /// Header, JSON chunk padded with blanks, binary chunk.
 fn container(mut json: Vec<u8>, binary: &[u8]) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
-    let total = 12 + 8 + json.len() + 8 + binary.len();
+    let total = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + json.len() + binary.len();
     let mut out = Vec::with_capacity(total);
-    out.extend(b"glTF");
-    for word in [2, total as u32, json.len() as u32] {
+    out.extend(MAGIC);
+    for word in [VERSION, total as u32, json.len() as u32] {
         out.extend(word.to_le_bytes());
     }
-    out.extend(b"JSON");
+    out.extend(JSON_CHUNK);
     out.extend(&json);
     out.extend((binary.len() as u32).to_le_bytes());
-    out.extend(b"BIN\0");
+    out.extend(BINARY_CHUNK);
     out.extend(binary);
     out
 }

@@ -32,7 +32,7 @@ fn what_is_written_is_read_back_in_millimetres() {
     assert_eq!(back.texture, Some(texture));
     assert_eq!(back.unit, Some(LengthUnit::Millimetre));
     assert_eq!(back.warnings, Vec::<String>::new());
-    // One corner on the seam stands twice; the first four keep their places.
+    // One vertex on the seam is repeated; the first four keep their order.
     assert_eq!(back.mesh.vertices.len(), 5);
     for (found, v) in back.mesh.vertices.iter().zip(&mesh().vertices) {
         assert!((found - v).norm() < 1e-5, "{found} {v}");
@@ -57,7 +57,7 @@ fn vertex_colours_come_back() {
     assert_eq!(encode(&colored, None), encode(&colored, None));
 }
 
-/// The structure that other programs check: lengths, alignment, bounds.
+/// Lengths, alignment and bounds, which other programs check.
 #[test]
 fn the_container_is_well_formed() {
     let bytes = encode(&mesh(), Some(b"12345"));
@@ -76,7 +76,7 @@ fn the_container_is_well_formed() {
     assert_eq!(position["max"], serde_json::json!([70.0, 110.25, 40.0]));
 }
 
-/// The other reader there is accepts the file and finds the same corners.
+/// The `gltf` crate accepts the file and finds the same corners.
 #[test]
 fn the_gltf_crate_reads_the_same() {
     let bytes = encode(&mesh(), Some(&encode_png(&Rgb::filled(4, 4, [9; 3])).unwrap()));
@@ -120,23 +120,23 @@ fn transforms_of_nodes_are_applied() {
 }
 
 #[test]
-fn circles_and_lies_are_refused() {
+fn circles_and_false_counts_are_refused() {
     let fault = |bytes: &[u8]| decode(bytes).unwrap_err().message;
     let circle = with_json(|r| r["nodes"][0]["children"] = serde_json::json!([0, 0]));
     assert!(fault(&circle).contains("circle"));
     let count = with_json(|r| r["accessors"][0]["count"] = serde_json::json!(4_000_000_000u64));
     assert!(fault(&count).contains("do not fit"));
     let view = with_json(|r| r["bufferViews"][0]["byteOffset"] = serde_json::json!(1u64 << 40));
-    assert!(fault(&view).contains("leaves the file"));
+    assert!(fault(&view).contains("beyond the file"));
     let few = with_json(|r| r["accessors"][0]["count"] = serde_json::json!(2));
     assert!(fault(&few).contains("beyond"));
     let draco =
         with_json(|r| r["extensionsRequired"] = serde_json::json!(["KHR_draco_mesh_compression"]));
     assert!(fault(&draco).contains("draco"));
     assert!(fault(b"glTF\x01\0\0\0\0\0\0\0").contains("version 1"));
-    assert!(fault(b"glT").contains("no GLB"));
+    assert!(fault(b"glT").contains("not a GLB"));
     let whole = encode(&mesh(), None);
-    assert!(fault(&whole[..whole.len() - 9]).contains("breaks off"));
+    assert!(fault(&whole[..whole.len() - 9]).contains("truncated"));
 }
 
 proptest! {

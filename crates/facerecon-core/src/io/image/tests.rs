@@ -3,9 +3,9 @@ use proptest::prelude::*;
 
 use super::*;
 
-fn encoded(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    picture.write_to(&mut out, format).unwrap();
+    image.write_to(&mut out, format).unwrap();
     out.into_inner()
 }
 
@@ -40,7 +40,7 @@ fn sixteen_bit_keeps_its_fractions() {
 }
 
 #[test]
-fn transparency_is_black_beneath() {
+fn transparent_pixels_are_composited_on_black() {
     let pixel = ImageBuffer::from_pixel(2, 2, Rgba([200u8, 100, 50, 51]));
     let photo = decode_photo(&encoded(&DynamicImage::ImageRgba8(pixel), ImageFormat::Png)).unwrap();
     assert_eq!(photo.rgb.at(0, 0), [40, 20, 10]);
@@ -82,18 +82,18 @@ fn exif_orientation_is_applied() {
 }
 
 #[test]
-fn what_is_no_picture_is_named() {
+fn what_is_not_an_image_is_named() {
     assert!(message(b"").contains("empty"));
     assert!(
         message(b"II*\0aaaaaaaa").contains("TIFF") || message(b"II*\0aaaaaaaa").contains("Tiff")
     );
-    assert!(message(b"hello, I am a text").contains("no picture"));
+    assert!(message(b"hello, I am a text").contains("not an image"));
     let png = encode_png(&Raster::filled(40, 40, 7u8)).unwrap();
     assert!(message(&png[..png.len() / 2]).contains("decoded"));
 }
 
 #[test]
-fn a_lying_size_is_refused_before_it_is_allocated() {
+fn a_false_size_is_refused_before_it_is_allocated() {
     let mut png = encode_png(&Raster::filled(4, 4, 7u8)).unwrap();
     png[16..20].copy_from_slice(&100_000u32.to_be_bytes());
     png[20..24].copy_from_slice(&100_000u32.to_be_bytes());
@@ -116,7 +116,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 proptest! {
     #[test]
-    fn damaged_pictures_never_panic(at in 0usize..400, value: u8, cut in 0usize..400) {
+    fn damaged_images_never_panic(at in 0usize..400, value: u8, cut in 0usize..400) {
         let rgb = Rgb::from_fn(16, 12, |x, y| [(x * 16) as u8, (y * 20) as u8, 99]);
         for format in [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Gif] {
             let buffer = ImageBuffer::from_fn(16, 12, |x, y| PixelRgb(rgb.at(x as usize, y as usize)));

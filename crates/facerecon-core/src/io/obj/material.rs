@@ -1,21 +1,21 @@
 //! Material files and the texture they name.
 
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::parse::Parsed;
 use crate::data::Rgb;
-use crate::io::read_rgb;
-use crate::io::source::{decode_text, read_bytes};
+use crate::io::image::read_rgb;
+use crate::io::source::{decode_text, find_beside, read_bytes};
 
-/// Longest material file, MB.
+/// Longest material file, MB: thousands of materials.
 const MAX_FILE_MB: u64 = 16;
 
-/// The texture of most of the triangles; what is missing or left out is told in `warnings`.
+/// The texture of most of the triangles; missing files and other textures give warnings.
 pub(super) fn texture(parsed: &Parsed, folder: &Path, warnings: &mut Vec<String>) -> Option<Rgb> {
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     for library in &parsed.libraries {
-        // A name may hold blanks, and one statement may name several files.
+        // A name may contain blanks, and one statement may name several files.
         let whole = find_beside(folder, library);
         let paths = match whole {
             Some(path) => vec![path],
@@ -24,11 +24,12 @@ pub(super) fn texture(parsed: &Parsed, folder: &Path, warnings: &mut Vec<String>
             }
         };
         if paths.is_empty() {
-            warnings.push(format!("the material file {library} is not there; no texture is read"));
+            warnings
+                .push(format!("the material file {library} does not exist; no texture is read"));
         }
         for path in paths {
             match read_bytes(&path, "material file", MAX_FILE_MB) {
-                Ok(bytes) => pictures.extend(parse_materials(&bytes)),
+                Ok(bytes) => images.extend(parse_materials(&bytes)),
                 Err(e) => warnings.push(e.to_string()),
             }
         }
@@ -36,31 +37,31 @@ pub(super) fn texture(parsed: &Parsed, folder: &Path, warnings: &mut Vec<String>
     let covered = |name: &str| {
         parsed.materials.iter().find(|(n, _)| n == name).map_or(0, |(_, faces)| *faces)
     };
-    // By picture: several materials may share one.
+    // By image: several materials may share one.
     let mut totals: Vec<(String, usize)> = Vec::new();
-    for (material, picture) in pictures {
+    for (material, image) in images {
         let faces = covered(&material);
-        match totals.iter_mut().find(|(p, _)| *p == picture) {
+        match totals.iter_mut().find(|(i, _)| *i == image) {
             Some((_, total)) => *total += faces,
-            None => totals.push((picture, faces)),
+            None => totals.push((image, faces)),
         }
     }
     let used = totals.iter().filter(|(_, faces)| *faces > 0).count();
-    // The first of the largest.
-    let (picture, _) = totals.iter().rev().max_by_key(|(_, faces)| *faces)?;
+    // The first of those with most triangles.
+    let (image, _) = totals.iter().rev().max_by_key(|(_, faces)| *faces)?;
     if used > 1 {
-        warnings.push(format!("the mesh has {used} textures; only {picture} is read"));
+        warnings.push(format!("the mesh has {used} textures; only {image} is read"));
     }
-    let Some(path) = find_beside(folder, picture) else {
-        warnings.push(format!("the texture {picture} is not there"));
+    let Some(path) = find_beside(folder, image) else {
+        warnings.push(format!("the texture {image} does not exist"));
         return None;
     };
-    read_rgb(&path).map_err(|e| warnings.push(format!("the texture is left out: {e}"))).ok()
+    read_rgb(&path).map_err(|e| warnings.push(format!("the texture is not read: {e}"))).ok()
 }
 
-/// `(material, picture)` of every material with a colour picture.
+/// `(material, image)` of every material with a colour image.
 pub(super) fn parse_materials(bytes: &[u8]) -> Vec<(String, String)> {
-    // `tobj` panics on a malformed colour and refuses much else: it gets only what is wanted.
+    // `tobj` panics on a malformed colour and rejects other lines: it gets only the lines needed.
     let mut clean = String::new();
     for line in decode_text(bytes).lines() {
         let line = line.trim().split(" #").next().unwrap_or_default().trim_end();
@@ -81,22 +82,11 @@ pub(super) fn parse_materials(bytes: &[u8]) -> Vec<(String, String)> {
     materials.into_iter().filter_map(|m| Some((m.name, m.diffuse_texture?))).collect()
 }
 
-/// The file name of a map statement, which may hold blanks, after options such as `-s 1 1 1`.
+/// The file name of a map statement, which may contain blanks, after options such as `-s 1 1 1`.
 fn without_options(rest: &str) -> String {
     let mut words = rest.split_whitespace().peekable();
     while words.next_if(|w| w.starts_with('-') && w.parse::<f64>().is_err()).is_some() {
         while words.next_if(|w| w.parse::<f64>().is_ok() || matches!(*w, "on" | "off")).is_some() {}
     }
     words.collect::<Vec<_>>().join(" ").trim_matches('"').replace('\\', "/")
-}
-
-/// A named file, or the file of that name beside the OBJ (paths of the author's machine).
-pub(crate) fn find_beside(folder: &Path, name: &str) -> Option<PathBuf> {
-    let name = name.replace('\\', "/");
-    let last = name.rsplit('/').next().unwrap_or_default();
-    [name.as_str(), last]
-        .iter()
-        .filter(|n| !n.is_empty())
-        .map(|n| folder.join(n))
-        .find(|p| p.is_file())
 }

@@ -1,30 +1,30 @@
 //! The text of an OBJ file: vertices in file order, polygons as triangle fans.
 
 use crate::data::Mesh;
-use crate::io::Fault;
+use crate::io::error::Fault;
 use crate::io::source::decode_text;
 use crate::math::Vec3;
 
-/// What an OBJ file says.
+/// The content of an OBJ file.
 #[derive(Debug, Default)]
 pub(super) struct Parsed {
     pub mesh: Mesh,
-    /// Material files, in the order they are named.
+    /// Material files, in the order of the file.
     pub libraries: Vec<String>,
     /// Materials in the order of first use, with the number of triangles each covers.
     pub materials: Vec<(String, usize)>,
     pub warnings: Vec<String>,
 }
 
-/// One corner of a polygon: vertex, and texture coordinate where it has one.
+/// One corner of a polygon: vertex, and texture coordinate where given.
 type Corner = (u32, Option<u32>);
 
-/// Reads OBJ text. Groups, normals, lines, points and smoothing are passed over; curves and
-/// surfaces too, with a warning.
+/// Reads OBJ text. Groups, normals, lines, points and smoothing groups are ignored; free-form curves
+/// and surfaces too, with a warning.
 pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, Fault> {
     let mut reader = Reader::default();
     let mut joined: Option<(usize, String)> = None;
-    // A lone carriage return ends a line as well.
+    // A carriage return alone ends a line as well.
     for (number, line) in (Lines { rest: bytes, number: 0 }) {
         let line = decode_text(line);
         let comment = joined.is_none() && line.trim_start().starts_with('#');
@@ -70,7 +70,7 @@ impl<'a> Iterator for Lines<'a> {
 #[derive(Default)]
 struct Reader {
     out: Parsed,
-    /// For each triangle its corners' texture coordinates, where the polygon had them.
+    /// For each triangle its texture coordinates, where the polygon had them.
     uv_of_face: Vec<Option<[u32; 3]>>,
     colored: usize,
     degenerate: usize,
@@ -108,7 +108,7 @@ impl Reader {
                 Ok(())
             }
             comment if comment.starts_with('#') => Ok(()),
-            // Programs add statements of their own; text that begins with one is no OBJ.
+            // Programs add their own statements; but a file does not begin with one.
             other if !self.out.mesh.vertices.is_empty() && other.is_ascii() => {
                 self.unknown += 1;
                 Ok(())
@@ -117,7 +117,7 @@ impl Reader {
                 let shown: String = other.chars().take(20).collect();
                 Err(Fault::at(
                     number,
-                    format!("{shown:?} is no OBJ statement; is this an OBJ file?"),
+                    format!("{shown:?} is not an OBJ statement; check that this is an OBJ file"),
                 ))
             }
         }
@@ -126,11 +126,14 @@ impl Reader {
     fn vertex(&mut self, rest: &str, number: usize) -> Result<(), Fault> {
         let values = numbers::<8>(rest, number)?;
         let (&[x, y, z], tail) = values.split().ok_or_else(|| {
-            Fault::at(number, format!("a vertex needs 3 coordinates, but has {}", values.count))
+            Fault::at(
+                number,
+                format!("a vertex has {} coordinates, but 3 are expected", values.count),
+            )
         })?;
         index_limit(self.out.mesh.vertices.len(), number)?;
         self.out.mesh.vertices.push(Vec3::new(x, y, z));
-        // x y z r g b, and sometimes alpha; a single fourth number is a weight.
+        // x y z r g b, or with alpha; a single fourth number is a weight.
         if let [r, g, b, ..] = *tail {
             self.colored += 1;
             let scale = if r.max(g).max(b) > 1.0 { 1.0 } else { 255.0 };
@@ -143,7 +146,12 @@ impl Reader {
     fn texture_coordinate(&mut self, rest: &str, number: usize) -> Result<(), Fault> {
         let values = numbers::<3>(rest, number)?;
         let (u, v) = match values.slice() {
-            [] => return Err(Fault::at(number, "a texture coordinate needs 2 numbers, but has 0")),
+            [] => {
+                return Err(Fault::at(
+                    number,
+                    "a texture coordinate has 0 numbers, but 2 are expected",
+                ));
+            }
             [u] => (*u, 0.0),
             [u, v, ..] => (*u, *v),
         };
@@ -158,7 +166,7 @@ impl Reader {
         for word in rest.split_whitespace() {
             let mut parts = word.split('/');
             let vertex = index(parts.next(), self.out.mesh.vertices.len(), "vertex", number)?
-                .ok_or_else(|| Fault::at(number, format!("{word:?} names no vertex")))?;
+                .ok_or_else(|| Fault::at(number, format!("{word:?} is not a vertex number")))?;
             let uv = index(parts.next(), self.out.mesh.uvs.len(), "texture coordinate", number)?;
             corners.push((vertex, uv));
         }
@@ -193,8 +201,8 @@ impl Reader {
             if missing > 0 {
                 mesh.uvs.push([0.0, 0.0]);
                 self.out.warnings.push(format!(
-                    "{missing} of {} triangles have no texture coordinates; they show the lower \
-                     left corner of the texture",
+                    "{missing} of {} triangles have no texture coordinates; they get the colour of \
+                     the texture's lower left corner",
                     self.uv_of_face.len()
                 ));
             }
@@ -203,7 +211,7 @@ impl Reader {
         if self.colored != mesh.vertices.len() {
             if self.colored > 0 {
                 self.out.warnings.push(format!(
-                    "only {} of {} vertices have a colour; the colours are left out",
+                    "only {} of {} vertices have a colour; the colours are ignored",
                     self.colored,
                     mesh.vertices.len()
                 ));
@@ -212,14 +220,13 @@ impl Reader {
         }
         if self.degenerate > 0 {
             self.out.warnings.push(format!(
-                "{} faces have fewer than three different corners in some part; those parts are \
-                 left out",
+                "{} faces have repeated corners; triangles without area are not read",
                 self.degenerate
             ));
         }
         if self.unknown > 0 {
             self.out.warnings.push(format!(
-                "{} statements that are no mesh (free-form curves or unknown) are left out",
+                "{} statements (free-form curves and surfaces, or unknown) are ignored",
                 self.unknown
             ));
         }
@@ -231,23 +238,23 @@ fn without_comment(text: &str) -> &str {
     text.split('#').next().unwrap_or_default()
 }
 
-/// A name, which may hold blanks and even `#`, without the comment after it.
+/// A name, which may contain blanks and `#`, without the comment after it.
 fn name(text: &str) -> String {
     text.split(" #").next().unwrap_or_default().trim().trim_matches('"').to_owned()
 }
 
 fn index_limit(count: usize, line: usize) -> Result<(), Fault> {
     if count >= u32::MAX as usize - 1 {
-        return Err(Fault::at(line, "the mesh has more vertices than can be counted in 32 bit"));
+        return Err(Fault::at(line, "the mesh has more vertices than 32-bit indices allow"));
     }
     Ok(())
 }
 
-/// Resolves an index: from 1, or negative from the last one read; `None` where it is left out.
+/// Resolves an index: counted from 1, or negative from the last one read; `None` where absent.
 fn index(word: Option<&str>, count: usize, what: &str, line: usize) -> Result<Option<u32>, Fault> {
     let Some(word) = word.filter(|w| !w.is_empty()) else { return Ok(None) };
     let value: i64 =
-        word.parse().map_err(|_| Fault::at(line, format!("{word:?} is no {what} number")))?;
+        word.parse().map_err(|_| Fault::at(line, format!("{word:?} is not a {what} number")))?;
     let resolved =
         if value < 0 { i128::from(value) + count as i128 } else { i128::from(value) - 1 };
     match u32::try_from(resolved) {
@@ -280,9 +287,9 @@ fn numbers<const N: usize>(text: &str, line: usize) -> Result<Numbers<N>, Fault>
     let mut out = Numbers { values: [0.0; N], count: 0 };
     for word in text.split_whitespace().take(N) {
         let value: f64 =
-            word.parse().map_err(|_| Fault::at(line, format!("{word:?} is no number")))?;
+            word.parse().map_err(|_| Fault::at(line, format!("{word:?} is not a number")))?;
         if !value.is_finite() {
-            return Err(Fault::at(line, format!("{word} is no finite number")));
+            return Err(Fault::at(line, format!("{word} is not a finite number")));
         }
         out.values[out.count] = value;
         out.count += 1;

@@ -65,7 +65,7 @@ fn colours_are_kept() {
 }
 
 #[test]
-fn every_oddity_of_the_wild_is_read() {
+fn unusual_but_valid_files_are_read() {
     let text = "\u{feff}# a comment that ends in a backslash \\\r\nmtllib none.mtl\r\no thing\r\n\
         v 9 9 9\r\nv 0 0 0\r\nv 1 0 0 1.0\r\nv 1 1 0\r\nv 0 1 0\r\nvt 0 0\r\nvt 1 0 0\r\nvt 1 1\r\n\
         vt 0 1\r\nvn 0 0 1\r\ng left right\r\ns off\r\nusemtl skin # soft\r\n\
@@ -90,24 +90,24 @@ fn faults_name_their_line() {
     for (text, part) in [
         ("v 0 0 nan", "line 1: nan"),
         ("v 0 0 inf", "line 1"),
-        ("v 0 0\n", "3 coordinates, but has 2"),
+        ("v 0 0\n", "has 2 coordinates, but 3"),
         ("v 0 0,5 1", "line 1: \"0,5\""),
         ("f 1 2 4", "names vertex 4, but 3"),
         ("f 1 2 0", "vertex 0"),
         ("f 1 2 -4", "vertex -4"),
-        ("f 1 2 99999999999999999999", "is no vertex number"),
+        ("f 1 2 99999999999999999999", "is not a vertex number"),
         ("f 1/1 2/1 3/1", "texture coordinate 1, but 0"),
         ("f 1 2 \\\n x", "line 4"),
-        ("vt", "2 numbers"),
+        ("vt", "0 numbers, but 2"),
     ] {
-        let error = refusal(&if part.starts_with("line 1") || part.contains("has 2") {
+        let error = refusal(&if part.starts_with("line 1") || part.contains("has 2 ") {
             text.to_owned()
         } else {
             format!("{start}{text}")
         });
         assert!(error.contains(part), "{part}: {error}");
     }
-    assert!(refusal("hello\n").contains("OBJ file?"));
+    assert!(refusal("hello\n").contains("is an OBJ file"));
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("points.obj");
     std::fs::write(&path, start).unwrap();
@@ -118,7 +118,7 @@ fn faults_name_their_line() {
 }
 
 #[test]
-fn materials_of_the_wild_are_read() {
+fn unusual_material_files_are_read() {
     let text = b"newmtl a\nKd 1 x\nmap_Kd -s 1 1 1 -o 0.5 dir\\my skin.png # c\nnewmtl b\r\nKd\n\
         map_Ka other.png\nnewmtl c d\nMAP_KD \"c.png\"\nillum x\n";
     let expected = [("a", "dir/my skin.png"), ("c d", "c.png")];
@@ -138,21 +138,21 @@ fn materials_of_the_wild_are_read() {
     let found = read_mesh(&at("m.obj")).unwrap();
     assert_eq!(found.texture, Some(Rgb::filled(2, 2, [10; 3])));
     assert!(found.warnings[0].contains("2 textures"), "{:?}", found.warnings);
-    std::fs::write(at("my skin.png"), b"no picture").unwrap();
+    std::fs::write(at("my skin.png"), b"not an image").unwrap();
     assert!(read_mesh(&at("m.obj")).unwrap().texture.is_none());
 }
 
 #[test]
-fn names_that_obj_cannot_hold_are_refused() {
+fn names_that_obj_cannot_contain_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let error = write_with(&dir.path().join("a#b.obj"), &tetrahedron(), "t.png", b"").unwrap_err();
-    assert!(error.to_string().contains("another name"));
+    assert!(error.to_string().contains("another file name"));
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
 }
 
-/// The other reader there is, which renumbers: the same triangles in space.
+/// `tobj` renumbers the vertices: the triangles are compared by position.
 #[test]
-fn triangles_are_those_that_tobj_reads() {
+fn tobj_reads_the_same_triangles() {
     let text = encode(&tetrahedron(), None);
     let options = tobj::LoadOptions::default();
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| {

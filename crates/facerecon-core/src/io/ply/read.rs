@@ -1,4 +1,4 @@
-//! Reading PLY by `ply-rs-bw`, and what its elements mean.
+//! Reading PLY with `ply-rs-bw`, and the meaning of its elements.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -7,8 +7,10 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use crate::data::{Cloud, Mesh};
-use crate::io::obj::find_beside;
-use crate::io::{Fault, LoadedMesh, read_rgb};
+use crate::io::error::Fault;
+use crate::io::image::read_rgb;
+use crate::io::loaded_mesh::LoadedMesh;
+use crate::io::source::find_beside;
 use crate::math::Vec3;
 
 #[derive(Default)]
@@ -67,7 +69,7 @@ impl PropertyAccess for Face {
     }
 }
 
-/// An element that is passed over.
+/// An element that is ignored.
 struct Other;
 
 impl PropertyAccess for Other {
@@ -90,7 +92,7 @@ fn scalar(property: &Property) -> Option<f64> {
     })
 }
 
-/// Integer colours are 0 to 255, floating ones 0 to 1.
+/// Colours are 0 to 255 as integers, 0 to 1 as floating-point numbers.
 fn color(property: &Property) -> Option<u8> {
     let scale =
         if matches!(property, Property::Float(_) | Property::Double(_)) { 255.0 } else { 1.0 };
@@ -117,11 +119,15 @@ fn floats(property: Property) -> Vec<f64> {
     }
 }
 
+/// Longest reason of a fault in a message, characters.
+const MAX_REASON: usize = 200;
+
 fn fault(e: ParseError) -> Fault {
     let message = e.to_string();
-    // The whole line of the file stands between the place and the reason.
+    // The parser's message contains the whole line of the file before the reason.
     let reason = message.rsplit("Error: ").next().unwrap_or_default();
-    let first: String = reason.lines().next().unwrap_or_default().chars().take(200).collect();
+    let first: String =
+        reason.lines().next().unwrap_or_default().chars().take(MAX_REASON).collect();
     Fault { line: e.line(), message: format!("the PLY is damaged: {first}") }
 }
 
@@ -143,10 +149,10 @@ fn elements(bytes: &[u8]) -> Result<Elements, Fault> {
         warnings: Vec::new(),
     };
     for (name, element) in &header.elements {
-        // An element takes a byte at least: larger counts lie.
+        // An element has at least one byte: a larger count is false.
         if element.count > bytes.len() || (element.properties.is_empty() && element.count > 0) {
             return Err(Fault::new(format!(
-                "the PLY says it has {} elements {name:?}, but is only {} bytes long",
+                "the PLY declares {} elements {name:?}, but has only {} bytes",
                 element.count,
                 bytes.len()
             )));
@@ -167,7 +173,7 @@ fn elements(bytes: &[u8]) -> Result<Elements, Fault> {
                     .read_payload_for_element(&mut reader, element, &header)
                     .map_err(fault)?;
                 if other != "edge" && element.count > 0 {
-                    out.warnings.push(format!("the PLY's elements {other:?} are left out"));
+                    out.warnings.push(format!("the PLY's elements {other:?} are ignored"));
                 }
             }
         }
@@ -179,7 +185,7 @@ fn elements(bytes: &[u8]) -> Result<Elements, Fault> {
 ///
 /// # Errors
 /// [`Fault`] with the line or what is wrong.
-pub fn decode_cloud(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(in crate::io) fn decode_cloud(bytes: &[u8]) -> Result<Cloud, Fault> {
     cloud(&elements(bytes)?.vertices)
 }
 
@@ -191,7 +197,7 @@ fn cloud(vertices: &[Vertex]) -> Result<Cloud, Fault> {
             [Some(x), Some(y), Some(z)] if [x, y, z].iter().all(|c| c.is_finite()) => {
                 Ok(Vec3::new(x, y, z))
             }
-            _ => Err(Fault::new(format!("the PLY's vertex {i} has no finite x, y and z"))),
+            _ => Err(Fault::new(format!("the PLY's vertex {i} needs finite x, y and z"))),
         })
         .collect::<Result<_, _>>()?;
     let all = |v: [Option<f64>; 3]| Some(Vec3::new(v[0]?, v[1]?, v[2]?));
@@ -213,11 +219,11 @@ fn cloud(vertices: &[Vertex]) -> Result<Cloud, Fault> {
     })
 }
 
-/// Reads the bytes of a PLY file; `folder` is where its texture lies.
+/// Reads the bytes of a PLY file; `folder` has its texture.
 ///
 /// # Errors
 /// [`Fault`] with the line or what is wrong.
-pub fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
+pub(in crate::io) fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
     let mut found = elements(bytes)?;
     let cloud = cloud(&found.vertices)?;
     let count = cloud.points.len();
@@ -262,7 +268,7 @@ pub fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
     }
     if left_out > 0 {
         found.warnings.push(format!(
-            "{left_out} faces are not or not wholly triangles; those parts are left out"
+            "{left_out} faces have repeated or too few corners; triangles without area are not read"
         ));
     }
     if let (false, Some(uvs)) = (by_corner, by_vertex) {
@@ -273,7 +279,7 @@ pub fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, Fault> {
     }
     let texture = found.texture.filter(|_| mesh.has_uv()).and_then(|name| {
         let Some(path) = find_beside(folder, &name) else {
-            found.warnings.push(format!("the texture {name} is not there"));
+            found.warnings.push(format!("the texture {name} does not exist"));
             return None;
         };
         read_rgb(&path).map_err(|e| found.warnings.push(e.to_string())).ok()

@@ -73,7 +73,7 @@ fn big_endian_is_read() {
 }
 
 #[test]
-fn lies_are_refused_quickly() {
+fn false_counts_are_refused_quickly() {
     let lie = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n";
     assert!(fault(lie.as_bytes()).contains("4000000000"));
     let empty = "ply\nformat ascii 1.0\nelement vertex 9\nend_header\n";

@@ -9,7 +9,7 @@ const ASCII: &str = "solid thing\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n
     vertex 1 1 0\nendloop\nendfacet\nendsolid thing\n";
 
 #[test]
-fn corners_at_one_place_become_one_vertex() {
+fn corners_at_the_same_position_become_one_vertex() {
     let found = decode(ASCII.as_bytes()).unwrap();
     assert_eq!(found.mesh.faces, vec![[0, 1, 2], [2, 1, 3]]);
     assert_eq!(found.mesh.vertices.len(), 5);
@@ -33,10 +33,10 @@ fn binary_comes_back_even_when_it_begins_with_solid() {
 }
 
 #[test]
-fn lies_and_damage_are_refused() {
-    let mut lie = vec![0u8; 84];
-    lie[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
-    assert!(decode(&lie).unwrap_err().message.contains("damaged"));
+fn false_counts_and_damage_are_refused() {
+    let mut false_count = vec![0u8; 84];
+    false_count[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(decode(&false_count).unwrap_err().message.contains("damaged"));
     assert!(decode(b"").is_err());
     assert!(decode(ASCII.replace("vertex 1 0 0", "vertex 1 z 0").as_bytes()).is_err());
     let dir = tempfile::tempdir().unwrap();

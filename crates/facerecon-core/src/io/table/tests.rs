@@ -26,7 +26,7 @@ fn rows() -> Vec<MatchRow> {
 }
 
 #[test]
-fn matches_have_exactly_the_columns_of_the_contract() {
+fn matches_have_exactly_the_documented_columns() {
     let text = matches_csv(&rows());
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "id,xl,yl,xr,yr,disparity,x_mm,y_mm,z_mm,column,row,score");
@@ -43,7 +43,7 @@ fn matches_have_exactly_the_columns_of_the_contract() {
 }
 
 #[test]
-fn tables_of_others_are_read() {
+fn tables_of_other_programs_are_read() {
     let found = parse_matches(b"xr;yr;xl;yl;note\n3;4;1;2;a\n\n# end\n").unwrap();
     assert_eq!(found.len(), 1);
     assert_eq!((found[0].left, found[0].score), (Vec2::new(1.0, 2.0), 1.0));
@@ -69,7 +69,7 @@ fn faults_name_the_line_and_the_column() {
     assert!(message(b"xl,yl,xr\n1,2,3").contains("no column yr"));
     assert!(message(b"xl,yl,xr,yr\n1,2,3,4\n1,2,x,4").contains("line 3: \"x\""));
     assert!(message(b"xl,yl,xr,yr\n1,2,,4").contains("line 2"));
-    assert!(message(b"xl,yl,xr,yr\n1,2,nan,4").contains("no possible value"));
+    assert!(message(b"xl,yl,xr,yr\n1,2,nan,4").contains("not a possible value"));
     assert!(parse_points(b"a,b\n1,2").is_err());
     assert!(parse_points(b"1 2\n").unwrap_err().to_string().contains("line 1"));
     let dir = tempfile::tempdir().unwrap();

@@ -1,6 +1,9 @@
-//! Words, numbers, strings and brackets of VRML text.
+//! Tokens of VRML text: words, numbers, strings and brackets.
 
-use crate::io::Fault;
+use crate::io::error::Fault;
+
+/// Characters of a token that an error message shows.
+const MAX_SHOWN: usize = 30;
 
 /// One token.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +15,7 @@ pub(super) enum Token {
     Mark(char),
 }
 
-/// Cuts text into tokens with their lines; commas are blanks, `#` begins a comment.
+/// Splits text into tokens with their lines; commas are blanks, `#` begins a comment.
 pub(super) struct Lexer<'a> {
     rest: &'a str,
     line: usize,
@@ -24,7 +27,7 @@ impl<'a> Lexer<'a> {
         Self { rest: text, line: 1, peeked: None }
     }
 
-    /// The line of what comes next.
+    /// The line of the next token.
     pub(super) fn line(&self) -> usize {
         match &self.peeked {
             Some(Some((line, _))) => *line,
@@ -32,7 +35,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// The next token without taking it.
+    /// The next token, which is not consumed.
     pub(super) fn peek(&mut self) -> Result<Option<&Token>, Fault> {
         if self.peeked.is_none() {
             self.peeked = Some(self.read()?);
@@ -40,7 +43,7 @@ impl<'a> Lexer<'a> {
         Ok(self.peeked.as_ref().and_then(|p| p.as_ref()).map(|(_, token)| token))
     }
 
-    /// Takes the next token.
+    /// Consumes the next token.
     pub(super) fn next(&mut self) -> Result<Option<Token>, Fault> {
         let taken = match self.peeked.take() {
             Some(peeked) => peeked,
@@ -49,7 +52,7 @@ impl<'a> Lexer<'a> {
         Ok(taken.map(|(_, token)| token))
     }
 
-    /// Takes the next token if it is this mark.
+    /// Consumes the next token if it is this mark.
     pub(super) fn take(&mut self, mark: char) -> Result<bool, Fault> {
         let found = self.peek()? == Some(&Token::Mark(mark));
         if found {
@@ -111,7 +114,7 @@ impl<'a> Lexer<'a> {
                 _ => out.push(c),
             }
         }
-        Err(Fault::at(start, "a text in quotes is never closed"))
+        Err(Fault::at(start, "a quoted string is never closed"))
     }
 }
 
@@ -128,8 +131,8 @@ fn number_or_word(word: &str, line: usize) -> Result<Token, Fault> {
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Token::Number(value)),
         _ => {
-            let shown: String = word.chars().take(30).collect();
-            Err(Fault::at(line, format!("{shown:?} is no number")))
+            let shown: String = word.chars().take(MAX_SHOWN).collect();
+            Err(Fault::at(line, format!("{shown:?} is not a number")))
         }
     }
 }

@@ -1,16 +1,19 @@
-//! The tree of nodes of a VRML file, both versions: a node has fields, and in VRML 1.0 children.
+//! The nodes of a VRML file, both versions: a node has fields, and in VRML 1.0 children.
 
 use std::collections::BTreeMap;
 
 use super::lexer::{Lexer, Token};
-use crate::io::Fault;
+use crate::io::error::Fault;
 
-/// Deepest nesting of nodes and brackets.
+/// Deepest nesting of nodes; scenes have about ten levels, and each uses stack.
 const MAX_DEPTH: usize = 100;
-/// Most nodes in one file.
+/// Most nodes in one file; scenes with one head have a handful.
 const MAX_NODES: usize = 200_000;
 
-/// Number of a node in [`Scene::nodes`].
+/// Characters of a token that an error message shows.
+const MAX_SHOWN: usize = 30;
+
+/// Index of a node in [`Scene::nodes`].
 pub(super) type NodeId = usize;
 
 #[derive(Debug, Default)]
@@ -20,7 +23,7 @@ pub(super) struct Node {
     pub children: Vec<NodeId>,
 }
 
-/// What a field holds: all numbers, texts, words and nodes in order, brackets ignored.
+/// The content of a field: all numbers, strings, words and nodes in order; brackets are ignored.
 #[derive(Debug, Default)]
 pub(super) struct Value {
     pub numbers: Vec<f64>,
@@ -35,7 +38,7 @@ impl Node {
         self.fields.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v)
     }
 
-    /// The numbers of a field; none when it is not there.
+    /// The numbers of a field; none where it is absent.
     pub(super) fn numbers(&self, name: &str) -> &[f64] {
         self.field(name).map_or(&[], |v| &v.numbers)
     }
@@ -65,7 +68,8 @@ impl Node {
     }
 }
 
-/// All nodes of a file. `USE` names a node defined before and done, so no node holds itself.
+/// All nodes of a file. `USE` names a node that is defined and complete, so that no node contains
+/// itself.
 #[derive(Debug, Default)]
 pub(super) struct Scene {
     pub nodes: Vec<Node>,
@@ -88,7 +92,7 @@ impl Scene {
                 other => {
                     return Err(Fault::at(
                         lexer.line(),
-                        format!("a node is expected, but there is {}", shown(&other)),
+                        format!("expected is a node, but found is {}", shown(&other)),
                     ));
                 }
             }
@@ -96,7 +100,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// A node after its first word; `None` for a statement that is no node.
+    /// A node after its first word; `None` for a statement that is not a node.
     fn statement(
         &mut self,
         word: &str,
@@ -112,7 +116,7 @@ impl Scene {
                 let name = self.name(lexer)?;
                 let kind = self.name(lexer)?;
                 let node = self.statement(&kind, lexer, depth + 1)?;
-                // Defined when done: a USE inside finds no circle.
+                // Defined when complete: a USE inside the node does not find it.
                 if let Some(node) = node {
                     self.defined.insert(name, node);
                 }
@@ -125,7 +129,7 @@ impl Scene {
                     None => Err(Fault::at(
                         line,
                         format!(
-                            "USE {name}: no node of that name is defined before (or it would hold itself)"
+                            "USE {name}: no node of that name is defined before (a node cannot contain itself)"
                         ),
                     )),
                 }
@@ -151,7 +155,7 @@ impl Scene {
                 if !lexer.take('{')? {
                     return Err(Fault::at(
                         line,
-                        format!("{kind:?} is no node: {{ is expected after it"),
+                        format!("{kind:?} is not a node: {{ is expected after it"),
                     ));
                 }
                 let mut node = Node { kind: kind.to_owned(), ..Node::default() };
@@ -182,29 +186,26 @@ impl Scene {
                         node.fields.push((word, value));
                     }
                 }
-                // Event declarations of scripts leave loose values behind.
+                // Event declarations of scripts leave single values.
                 Some(Token::Number(_) | Token::Text(_)) => {}
                 Some(other) => {
                     return Err(Fault::at(
                         lexer.line(),
                         format!(
-                            "in {}: a field is expected, but there is {}",
+                            "in {}: expected is a field, but found is {}",
                             node.kind,
                             shown(&other)
                         ),
                     ));
                 }
                 None => {
-                    return Err(Fault::at(
-                        start,
-                        format!("the file breaks off inside {}", node.kind),
-                    ));
+                    return Err(Fault::at(start, format!("the file ends inside {}", node.kind)));
                 }
             }
         }
     }
 
-    /// A field's value: a word, a node, a row of numbers or texts, or a bracketed list of them.
+    /// A field's value: a word, a node, a row of numbers or strings, or a bracketed list of them.
     fn value(&mut self, lexer: &mut Lexer<'_>, depth: usize) -> Result<Value, Fault> {
         let mut value = Value::default();
         match lexer.peek()? {
@@ -240,11 +241,11 @@ impl Scene {
                     lexer.next()?;
                 }
                 Some(Token::Mark(other)) => {
-                    let message = format!("a list has {other} where {end} or a value is expected");
+                    let message = format!("a list has {other}, but {end} or a value is expected");
                     return Err(Fault::at(lexer.line(), message));
                 }
                 Some(_) => self.item(value, lexer, depth)?,
-                None => return Err(Fault::at(start, format!("a list is never closed by {end}"))),
+                None => return Err(Fault::at(start, format!("a list has no closing {end}"))),
             }
         }
         Ok(())
@@ -277,14 +278,14 @@ impl Scene {
         let line = lexer.line();
         match lexer.next()? {
             Some(Token::Word(word)) => Ok(word),
-            // Some programs number their definitions.
+            // Some programs use numbers as names.
             Some(Token::Number(n)) => Ok(n.to_string()),
             _ => Err(Fault::at(line, "a name is expected")),
         }
     }
 }
 
-/// Passes over a bracketed group.
+/// Skips a bracketed group.
 fn skip_group(lexer: &mut Lexer<'_>, open: char, close: char) -> Result<(), Fault> {
     let line = lexer.line();
     if !lexer.take(open)? {
@@ -296,7 +297,7 @@ fn skip_group(lexer: &mut Lexer<'_>, open: char, close: char) -> Result<(), Faul
             Some(Token::Mark(c)) if c == open => depth += 1,
             Some(Token::Mark(c)) if c == close => depth -= 1,
             Some(_) => {}
-            None => return Err(Fault::at(line, format!("a group is never closed by {close}"))),
+            None => return Err(Fault::at(line, format!("a group has no closing {close}"))),
         }
     }
     Ok(())
@@ -305,8 +306,8 @@ fn skip_group(lexer: &mut Lexer<'_>, open: char, close: char) -> Result<(), Faul
 fn shown(token: &Token) -> String {
     match token {
         Token::Number(n) => n.to_string(),
-        Token::Word(w) => w.chars().take(30).collect(),
-        Token::Text(_) => "a text".into(),
+        Token::Word(w) => w.chars().take(MAX_SHOWN).collect(),
+        Token::Text(_) => "a string".into(),
         Token::Mark(c) => c.to_string(),
     }
 }

@@ -1,18 +1,18 @@
-//! VRML 1.0: a walk in order, with a state that separators save and restore.
+//! VRML 1.0: nodes in order, with a state that separators save and restore.
 
 use nalgebra::Matrix4;
 
-use super::build::{Builder, FaceSet, transform, turn};
+use super::build::{Builder, FaceSet, rotation, transform};
 use super::nodes::{NodeId, Scene};
-use crate::io::Fault;
+use crate::io::error::Fault;
 
 /// What earlier nodes set for later ones.
 #[derive(Clone)]
 struct State {
-    place: Matrix4<f64>,
+    world_from_node: Matrix4<f64>,
     coordinates: Option<NodeId>,
     uvs: Option<NodeId>,
-    picture: Option<NodeId>,
+    image: Option<NodeId>,
     material: Option<NodeId>,
     by_vertex: bool,
     ccw: bool,
@@ -21,10 +21,10 @@ struct State {
 /// Adds the face sets of a VRML 1.0 scene.
 pub(super) fn walk(scene: &Scene, builder: &mut Builder) -> Result<(), Fault> {
     let mut state = State {
-        place: Matrix4::identity(),
+        world_from_node: Matrix4::identity(),
         coordinates: None,
         uvs: None,
-        picture: None,
+        image: None,
         material: None,
         by_vertex: false,
         ccw: true,
@@ -32,7 +32,7 @@ pub(super) fn walk(scene: &Scene, builder: &mut Builder) -> Result<(), Fault> {
     scene.roots.iter().try_for_each(|&root| node(scene, root, &mut state, builder))
 }
 
-/// Nesting is bounded by the parser: definitions hold only what came before.
+/// The parser bounds the nesting: a node contains only nodes before it.
 fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> Result<(), Fault> {
     builder.visit()?;
     let node_ = &scene.nodes[id];
@@ -42,9 +42,9 @@ fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> 
             return node_.children.iter().try_for_each(|&c| node(scene, c, &mut inner, builder));
         }
         "TransformSeparator" => {
-            let place = state.place;
+            let saved = state.world_from_node;
             node_.children.iter().try_for_each(|&c| node(scene, c, state, builder))?;
-            state.place = place;
+            state.world_from_node = saved;
         }
         "Group" => {
             return node_.children.iter().try_for_each(|&c| node(scene, c, state, builder));
@@ -57,7 +57,7 @@ fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> 
                 }
             }
         }
-        // The first child is the finest.
+        // The first child is the most detailed.
         "LOD" => {
             let mut inner = state.clone();
             return node_
@@ -68,14 +68,14 @@ fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> 
         }
         "Coordinate3" => state.coordinates = Some(id),
         "TextureCoordinate2" => state.uvs = Some(id),
-        "Texture2" => state.picture = Some(id),
+        "Texture2" => state.image = Some(id),
         "Material" => state.material = Some(id),
         "MaterialBinding" => {
             state.by_vertex = node_.text("value").is_some_and(|v| v.starts_with("PER_VERTEX"));
         }
         "ShapeHints" => state.ccw = node_.text("vertexOrdering") != Some("CLOCKWISE"),
         "Transform" => {
-            state.place *= transform(
+            state.world_from_node *= transform(
                 node_.vector("translation").unwrap_or_default(),
                 node_.vector("rotation").unwrap_or([0.0, 0.0, 1.0, 0.0]),
                 node_.vector("scaleFactor").unwrap_or([1.0; 3]),
@@ -85,24 +85,25 @@ fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> 
         }
         "Translation" => {
             let shift = node_.vector::<3>("translation").unwrap_or_default();
-            state.place *= Matrix4::new_translation(&shift.into());
+            state.world_from_node *= Matrix4::new_translation(&shift.into());
         }
         "Rotation" => {
-            state.place *= turn(node_.vector("rotation").unwrap_or([0.0, 0.0, 1.0, 0.0]));
+            state.world_from_node *=
+                rotation(node_.vector("rotation").unwrap_or([0.0, 0.0, 1.0, 0.0]));
         }
         "Scale" => {
             let scale = node_.vector::<3>("scaleFactor").unwrap_or([1.0; 3]);
-            state.place *= Matrix4::new_nonuniform_scaling(&scale.into());
+            state.world_from_node *= Matrix4::new_nonuniform_scaling(&scale.into());
         }
         // Row vectors: written transposed.
         "MatrixTransform" => {
             if let Some(rows) = node_.vector::<16>("matrix") {
-                state.place *= Matrix4::from_column_slice(&rows);
+                state.world_from_node *= Matrix4::from_column_slice(&rows);
             }
         }
         "IndexedFaceSet" => face_set(scene, id, state, builder)?,
         other @ ("Cube" | "Cone" | "Cylinder" | "Sphere" | "AsciiText" | "IndexedLineSet"
-        | "PointSet" | "WWWInline") => builder.left_out(&format!("a {other}")),
+        | "PointSet" | "WWWInline") => builder.ignored(&format!("a {other}")),
         _ => {}
     }
     Ok(())
@@ -111,11 +112,11 @@ fn node(scene: &Scene, id: NodeId, state: &mut State, builder: &mut Builder) -> 
 fn face_set(scene: &Scene, id: NodeId, state: &State, builder: &mut Builder) -> Result<(), Fault> {
     let node = &scene.nodes[id];
     let Some(coordinates) = state.coordinates else {
-        return Err(Fault::new("an IndexedFaceSet comes before any Coordinate3"));
+        return Err(Fault::new("an IndexedFaceSet has no Coordinate3 before it"));
     };
     let uv =
         state.uvs.map(|uvs| (scene.nodes[uvs].numbers("point"), node.numbers("textureCoordIndex")));
-    // Without an index of its own VRML 1.0 gives no coordinates to the corners.
+    // In VRML 1.0 texture coordinates need an index of their own.
     let uv = uv.filter(|(points, index)| !points.is_empty() && !index.is_empty());
     let colors = state
         .material
@@ -127,7 +128,7 @@ fn face_set(scene: &Scene, id: NodeId, state: &State, builder: &mut Builder) -> 
         uv,
         colors: colors.filter(|(colors, _)| colors.len() > 3),
         ccw: state.ccw,
-        picture: state.picture.and_then(|p| scene.nodes[p].text("filename")),
+        image: state.image.and_then(|p| scene.nodes[p].text("filename")),
     };
-    builder.add(&set, &state.place)
+    builder.add(&set, &state.world_from_node)
 }

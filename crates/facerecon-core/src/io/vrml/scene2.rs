@@ -4,24 +4,24 @@ use nalgebra::Matrix4;
 
 use super::build::{Builder, FaceSet, transform};
 use super::nodes::{Node, NodeId, Scene};
-use crate::io::Fault;
+use crate::io::error::Fault;
 
 /// Adds the face sets of a VRML 2.0 scene.
 pub(super) fn walk(scene: &Scene, builder: &mut Builder) -> Result<(), Fault> {
     scene.roots.iter().try_for_each(|&root| node(scene, root, &Matrix4::identity(), builder))
 }
 
-/// Nesting is bounded by the parser: definitions hold only what came before.
+/// The parser bounds the nesting: a node contains only nodes before it.
 fn node(
     scene: &Scene,
     id: NodeId,
-    place: &Matrix4<f64>,
+    world_from_node: &Matrix4<f64>,
     builder: &mut Builder,
 ) -> Result<(), Fault> {
     builder.visit()?;
     let found = &scene.nodes[id];
-    let all = |ids: &[NodeId], place: &Matrix4<f64>, builder: &mut Builder| {
-        ids.iter().try_for_each(|&c| node(scene, c, place, builder))
+    let all = |ids: &[NodeId], world_from_node: &Matrix4<f64>, builder: &mut Builder| {
+        ids.iter().try_for_each(|&c| node(scene, c, world_from_node, builder))
     };
     match found.kind.as_str() {
         "Transform" => {
@@ -32,21 +32,21 @@ fn node(
                 found.vector("scaleOrientation").unwrap_or([0.0, 0.0, 1.0, 0.0]),
                 found.vector("center").unwrap_or_default(),
             );
-            all(found.nodes("children"), &(place * own), builder)
+            all(found.nodes("children"), &(world_from_node * own), builder)
         }
-        "Group" | "Anchor" | "Billboard" => all(found.nodes("children"), place, builder),
-        "Collision" => all(found.nodes("children"), place, builder),
+        "Group" | "Anchor" | "Billboard" => all(found.nodes("children"), world_from_node, builder),
+        "Collision" => all(found.nodes("children"), world_from_node, builder),
         "Switch" => {
             let which = found.vector::<1>("whichChoice").map_or(-1.0, |[w]| w);
             let choice = found.nodes("choice");
             let chosen = (which >= 0.0).then(|| choice.get(which as usize)).flatten();
-            chosen.map_or(Ok(()), |&c| node(scene, c, place, builder))
+            chosen.map_or(Ok(()), |&c| node(scene, c, world_from_node, builder))
         }
-        // The first level is the finest.
-        "LOD" => all(found.nodes("level").get(..1).unwrap_or_default(), place, builder),
-        "Shape" => shape(scene, found, place, builder),
+        // The first level is the most detailed.
+        "LOD" => all(found.nodes("level").get(..1).unwrap_or_default(), world_from_node, builder),
+        "Shape" => shape(scene, found, world_from_node, builder),
         "Inline" => {
-            builder.left_out("a file that is inlined");
+            builder.ignored("an inlined file");
             Ok(())
         }
         _ => Ok(()),
@@ -56,26 +56,26 @@ fn node(
 fn shape(
     scene: &Scene,
     shape: &Node,
-    place: &Matrix4<f64>,
+    world_from_node: &Matrix4<f64>,
     builder: &mut Builder,
 ) -> Result<(), Fault> {
     let first =
         |node: &Node, field: &str| node.nodes(field).first().map(|&id| (id, &scene.nodes[id]));
     let Some((_, geometry)) = first(shape, "geometry") else { return Ok(()) };
     if geometry.kind != "IndexedFaceSet" {
-        builder.left_out(&format!("a {}", geometry.kind));
+        builder.ignored(&format!("a {}", geometry.kind));
         return Ok(());
     }
     let Some((id, coordinates)) = first(geometry, "coord") else { return Ok(()) };
     let appearance = first(shape, "appearance").map(|(_, a)| a);
     let texture = appearance.and_then(|a| first(a, "texture")).map(|(_, t)| t);
     if appearance.is_some_and(|a| !a.nodes("textureTransform").is_empty()) {
-        builder.left_out("a texture transform");
+        builder.ignored("a texture transform");
     }
     let uvs = first(geometry, "texCoord").map(|(_, n)| n.numbers("point"));
     let colors = first(geometry, "color").map(|(_, n)| n.numbers("color"));
     if colors.is_some() && !geometry.switch("colorPerVertex", true) {
-        builder.left_out("a colour for each face");
+        builder.ignored("a colour for each face");
     }
     let set = FaceSet {
         coordinates: (id, coordinates.numbers("point")),
@@ -85,7 +85,7 @@ fn shape(
             .filter(|_| geometry.switch("colorPerVertex", true))
             .map(|c| (c, geometry.numbers("colorIndex"))),
         ccw: geometry.switch("ccw", true),
-        picture: texture.filter(|t| t.kind == "ImageTexture").and_then(|t| t.text("url")),
+        image: texture.filter(|t| t.kind == "ImageTexture").and_then(|t| t.text("url")),
     };
-    builder.add(&set, place)
+    builder.add(&set, world_from_node)
 }

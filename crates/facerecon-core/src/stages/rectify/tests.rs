@@ -1,6 +1,6 @@
 use super::*;
-use crate::camera::{Distortion, Pinhole, StereoRig, View};
-use crate::data::{Pattern, PatternKind, Photo, Rgb};
+use crate::camera::{Distortion, Pinhole, RigError, StereoRig, View};
+use crate::data::{Pattern, PatternKind, Photo, PhotoRole, Rgb};
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 use nalgebra::Rotation3;
 
@@ -97,10 +97,20 @@ fn parallel_rigs_keep_every_pixel_and_odd_sizes_are_refused() {
 
     let odd = capture(image.clone(), photo(60, 41, |_, _| 0.0), Some(rig));
     let error = rectify(&odd, &RectifyParams::default(), &()).unwrap_err();
-    assert!(matches!(error, RectifyError::Sizes { photo: "right", got_height: 41, .. }));
+    assert!(matches!(
+        error,
+        RectifyError::Capture(CaptureError::PhotoSize {
+            photo: PhotoRole::Right,
+            got: (60, 41),
+            ..
+        })
+    ));
 
     let swapped = StereoRig { right_from_left: rig.right_from_left.inverse(), ..rig };
     let error =
         rectify(&capture(image.clone(), image, Some(swapped)), &RectifyParams::default(), &());
-    assert!(matches!(error, Err(RectifyError::Rig(RigError::Swapped { .. }))));
+    assert!(matches!(
+        error,
+        Err(RectifyError::Capture(CaptureError::Rig(RigError::Swapped { .. })))
+    ));
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::axis;
-use crate::data::{LANDMARKS, Landmarks, Mesh};
-use crate::io::{IoError, LengthUnit, atomic, read_text, unknown_landmark};
+use crate::data::{LANDMARKS, Landmarks, Mesh, unknown_landmark};
+use crate::io::{IoError, LengthUnit, atomic, read_text};
 use crate::math::Mat3;
 
 /// What a sidecar says; a missing file says nothing.
