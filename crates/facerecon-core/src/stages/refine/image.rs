@@ -38,7 +38,7 @@ pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync)
     let mut out = image.clone();
     out.data_mut().par_chunks_mut(image.width().max(1)).enumerate().for_each(|(y, row)| {
         for (x, out) in row.iter_mut().enumerate() {
-            let source = y as f64 + shift(x as f64, y as f64).clamp(-4.0, 4.0);
+            let source = y as f64 + shift(x as f64, y as f64).clamp(-MAX_SHIFT_PX, MAX_SHIFT_PX);
             let (base, t) = (source.floor(), (source - source.floor()) as f32);
             let v = |k: isize| image.clamped(x as isize, base as isize + k);
             let (a, b, c, d) = (v(-1), v(0), v(1), v(2));
@@ -50,7 +50,14 @@ pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync)
     out
 }
 
-/// A picture as a cubic spline along each row: exact at the pixels, smooth between them.
+/// Largest vertical shift, pixels: rectified rows differ by less, so a larger one is a wrong fit.
+const MAX_SHIFT_PX: f64 = 4.0;
+
+/// Pixels from which the first coefficient of a row is computed. The pole is about -0.27, so the
+/// rest is below the precision of `f64`.
+const START_PIXELS: usize = 30;
+
+/// A photo as a cubic spline along each row: exact at the pixels, smooth between them.
 pub(super) struct RowSpline {
     coefficients: Gray,
 }
@@ -68,7 +75,7 @@ impl RowSpline {
             let mut c: Vec<f64> = row.iter().map(|&v| f64::from(v)).collect();
             let mut power = 1.0;
             let mut start = 0.0;
-            for v in c.iter().take(30) {
+            for v in c.iter().take(START_PIXELS) {
                 start += power * v;
                 power *= pole;
             }

@@ -1,4 +1,4 @@
-//! Disparity as one smooth function of the left picture: a uniform bicubic B-spline.
+//! Disparity as one smooth function of the position in the left photo: a uniform bicubic B-spline.
 
 use rayon::prelude::*;
 
