@@ -87,6 +87,8 @@ fn a_broken_capture_file_is_named_with_its_fault() {
     for (from, to, part) in [
         ("[images]", "[images", "line 1"),
         ("columns = 64", "columns = -3", "line 9"),
+        // the misspelt table is ignored with a warning, so the columns are missing
+        ("[pattern]", "[patern]", "columns"),
         ("left_dots.png", "../../left_dots.png", "outside"),
         ("left = \"left_dots.png\"", "", "left"),
     ] {
@@ -99,7 +101,8 @@ fn a_broken_capture_file_is_named_with_its_fault() {
 #[test]
 fn an_unknown_table_of_a_capture_file_is_a_warning() {
     let bench = Bench::new();
-    bench.edit("capture/capture.toml", "[pattern]", "[patern]");
+    let text = bench.text("capture/capture.toml");
+    bench.write("capture/capture.toml", format!("{text}\n[patern]\ncolumns = 64\n"));
     for command in ["info capture", "check capture --json -q"] {
         let facts: serde_json::Value = serde_json::from_str(&bench.done(command).out).unwrap();
         assert!(facts["warnings"].to_string().contains("patern"), "{command}: {facts}");
