@@ -6,6 +6,7 @@ mod inputs;
 mod matching;
 mod measured;
 mod params;
+mod photo_check;
 mod reconstruct;
 mod reconstruction;
 mod run;
@@ -14,5 +15,6 @@ pub mod single_stage;
 
 pub use error::Error;
 pub use params::{Params, Profile};
+pub use photo_check::check_capture;
 pub use reconstruct::reconstruct;
 pub use reconstruction::{FaceSize, Reconstruction};

@@ -17,7 +17,7 @@ pub(crate) fn to_py(py: Python<'_>, error: impl Into<Error>) -> PyErr {
         }
         cause = inner.source();
     }
-    make(py, class(&error), &message, error.stage(), error.hint())
+    make(py, &class(&error), &message, error.stage(), error.hint())
 }
 
 /// The exception for an argument that the facade could not check.
@@ -28,34 +28,23 @@ pub(crate) fn argument(py: Python<'_>, message: &str) -> PyErr {
 fn make(py: Python<'_>, class: &str, message: &str, stage: &str, hint: Option<&str>) -> PyErr {
     let exception = py
         .import("facerecon.errors")
-        .and_then(|module| module.getattr(class))
+        // a stage without an error class of its own
+        .and_then(|module| module.getattr(class).or_else(|_| module.getattr("InputError")))
         .and_then(|class| class.call1((message, stage, hint)));
     exception.map_or_else(|failure| failure, PyErr::from_value)
 }
 
-fn class(error: &Error) -> &'static str {
-    match error {
-        Error::Settings(_) => "ParameterError",
-        Error::File(_) => "FileError",
-        Error::Template(_) => "TemplateError",
-        Error::Render(_) => "RenderError",
-        Error::Input(_) => "InputError",
-        Error::Stage { stage, .. } => match *stage {
-            "rectify" => "RectifyError",
-            "filter" => "FilterError",
-            "detect" => "DetectError",
-            "correspond" => "CorrespondError",
-            "refine" => "RefineError",
-            "triangulate" => "TriangulateError",
-            "register" => "RegisterError",
-            "deform" => "DeformError",
-            "smooth" => "SmoothError",
-            "surface" => "SurfaceError",
-            "texture" => "TextureError",
-            "pattern" => "PatternError",
-            "simulate" => "SimulateError",
-            "compare" => "CompareError",
-            _ => "InputError",
-        },
-    }
+/// Name of the exception: for a stage its name and "Error", as in `DetectError`.
+fn class(error: &Error) -> String {
+    let name = match error {
+        Error::Settings(_) => "parameter",
+        Error::File(_) => "file",
+        Error::Template(_) => "template",
+        Error::Render(_) => "render",
+        Error::Input(_) => "input",
+        Error::Stage { stage, .. } => stage,
+    };
+    let mut letters = name.chars();
+    let first = letters.next().map(|c| c.to_ascii_uppercase());
+    first.into_iter().chain(letters).chain("Error".chars()).collect()
 }

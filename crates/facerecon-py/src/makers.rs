@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use facerecon_core::evaluate::{CompareParams, Side, compare as run_compare};
-use facerecon_core::pipeline::Error;
+use facerecon_core::pipeline::{Error, Params, check_capture};
 use facerecon_core::render::{Heat, Mode, Scene, View, contact_sheet};
-use facerecon_core::stages::check::{CheckParams, check as run_check};
 use facerecon_core::synthetic::demo::person;
 use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
 use facerecon_core::synthetic::simulate::{
@@ -156,8 +155,8 @@ fn compare<'py>(
 /// Checks the photographs of a capture; one finding per rule, as JSON.
 #[pyfunction]
 fn check(py: Python<'_>, capture: &Capture, sets: Sets) -> PyResult<String> {
-    let params: CheckParams = command_params(py, &sets)?;
-    let report = py.detach(|| run_check(&capture.capture, &params));
+    let params = Params { check: command_params(py, &sets)?, ..Params::default() };
+    let report = watched(py, None, |watch| check_capture(&capture.capture, &params, watch))?;
     to_json(py, &report.findings)
 }
 

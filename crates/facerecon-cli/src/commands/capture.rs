@@ -6,7 +6,8 @@ use facerecon_core::io::capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture_with,
 };
 use facerecon_core::io::{IoError, atomic};
-use facerecon_core::stages::check::{self, Verdict};
+use facerecon_core::pipeline::{Params, check_capture};
+use facerecon_core::stages::check::Verdict;
 use serde_json::json;
 
 use super::shared::to_json;
@@ -55,7 +56,7 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
 /// Checks the photographs of a capture.
 pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let loaded = read(args)?;
-    let report = check::check(&loaded.capture, &check::CheckParams::default());
+    let report = check_capture(&loaded.capture, &Params::default(), &())?;
     if terminal.json {
         terminal.result(&to_json(&json!({
             "good": report.is_good() && loaded.warnings.is_empty(),
@@ -70,8 +71,9 @@ pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failu
     for finding in &report.findings {
         match finding.verdict {
             Verdict::Good => terminal.result(&format!("good: {}", finding.message)),
-            _ => terminal
+            Verdict::Warning => terminal
                 .result(&format!("WARNING: {}\n      -> {}", finding.message, finding.advice)),
+            Verdict::Unknown => terminal.result(&format!("unknown: {}", finding.message)),
         }
     }
     let verdict = if report.is_good() {

@@ -2,6 +2,7 @@
 
 use crate::settings::{self, SettingsError};
 use crate::stages::cameras::CamerasParams;
+use crate::stages::check::CheckParams;
 use crate::stages::correspond::{CorrespondMethod, CorrespondParams};
 use crate::stages::deform::{DeformMethod, DeformParams};
 use crate::stages::detect::{DetectMethod, DetectParams};
@@ -31,6 +32,8 @@ crate::settings! {
         profile: Profile = Profile::Precise;
         /// Level rows.
         rectify: RectifyParams = RectifyParams::default();
+        /// Rules for the photographs; a broken one is a warning.
+        check: CheckParams = CheckParams::default();
         /// The thesis's preprocessing; used where detect.method = "thin".
         filter: FilterParams = FilterParams::default();
         /// Finding the dots.
@@ -72,8 +75,6 @@ impl Params {
             Profile::Precise => Self::default(),
             Profile::Facebuilder => Self {
                 profile,
-                rectify: RectifyParams::default(),
-                filter: FilterParams::default(),
                 detect: DetectParams { method: DetectMethod::Thin, ..DetectParams::default() },
                 correspond: CorrespondParams {
                     method: CorrespondMethod::Scan,
@@ -81,7 +82,6 @@ impl Params {
                 },
                 cameras: CamerasParams { estimate: false, ..CamerasParams::default() },
                 refine: RefineParams { method: RefineMethod::None, ..RefineParams::default() },
-                triangulate: TriangulateParams::default(),
                 register: RegisterParams {
                     method: RegisterMethod::Besl,
                     ..RegisterParams::default()
@@ -90,12 +90,12 @@ impl Params {
                     method: DeformMethod::GaussianRbf,
                     ..DeformParams::default()
                 },
-                surface: SurfaceParams::default(),
                 smooth: SmoothParams { method: SmoothMethod::Laplacian, ..SmoothParams::default() },
                 texture: TextureParams {
                     method: TextureMethod::Scanline,
                     ..TextureParams::default()
                 },
+                ..Self::default()
             },
         }
     }

@@ -2,12 +2,12 @@
 
 use super::matching::match_photos;
 use super::measured::{Measured, Points};
+use super::photo_check::check_rectified;
 use super::run::Run;
 use super::shape::{self, Shape};
 use super::{Error, Params, Reconstruction, inputs};
 use crate::data::{Capture, CloudFrame, Dot, Match, Mesh};
 use crate::observer::{Artifact, Observer};
-use crate::stages::check::{CheckParams, check};
 use crate::stages::correspond::Correspondence;
 use crate::stages::rectify::{Rectified, rectify};
 use crate::stages::refine::{RefineMethod, Refined, match_remaining_dots, refine};
@@ -31,10 +31,7 @@ pub fn reconstruct(
     let run = Run::new(observer);
 
     let mut rectified = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
-    let photos = run.stage("check", |_| Ok::<_, Error>(check(capture, &CheckParams::default())))?;
-    for warning in photos.warnings() {
-        run.warn("check", &warning);
-    }
+    run.stage("check", |o| check_rectified(capture, &rectified, params, o))?;
     let found = match_photos(&run, capture, &rectified, params)?;
     if rectified.rectification.rig.is_none() && params.cameras.estimate {
         rectified.rectification.rig =

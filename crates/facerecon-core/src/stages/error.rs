@@ -31,6 +31,7 @@ macro_rules! stage_error {
         impl $crate::stages::StageError for $error {
             const STAGE: &'static str = $stage;
 
+            #[allow(unreachable_patterns)] // some stages have no further variants
             fn kind(&self) -> $crate::stages::ErrorKind {
                 match self {
                     Self::Settings(error) => $crate::stages::ErrorKind::Settings(error.clone()),

@@ -1,5 +1,5 @@
-//! Rectify: both photos as cameras with level rows would have taken them, so that a point has the
-//! same row in both (the thesis asks the photographer for that; a calibrated rig gives it).
+//! Rectify: resample both photos so that a point has the same row in both. The thesis expects the
+//! photographer to align the cameras; here the calibration, or the photos themselves, correct them.
 
 mod rows;
 mod warp;
@@ -7,22 +7,22 @@ mod warp;
 #[cfg(test)]
 mod tests;
 
-pub use rows::RowsParams;
+pub use rows::{RowReport, RowsParams};
 pub use warp::{warp, warp_rgb};
 
 use crate::camera::{Rectification, View};
 use crate::data::{Capture, CaptureError, Gray, PatternKind, Photo, Rgb};
-use crate::observer::{Artifact, Cancelled, Event, Observer};
+use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings;
 use crate::settings::{SettingsError, Value};
 
 settings! {
     /// Rectification of the photos.
     pub struct RectifyParams {
-        /// Whether the rig's calibration is used where the capture has one; without it the photos
-        /// are taken as they are.
+        /// Whether the calibration of the rig is used where the capture has one; else the photos
+        /// are used as taken, apart from the correction of rows.
         calibrated: bool = true;
-        /// Rows that the photographs show to be off.
+        /// Row errors measured from the photos.
         rows: RowsParams = RowsParams::default();
     }
 }
@@ -35,7 +35,7 @@ pub enum RectifyError {
     Capture(#[from] CaptureError),
     /// A rig whose rectified pictures would be far larger than the photos.
     #[error(
-        "the rectified pictures would be {got_width}x{got_height} for photos of {width}x{height}; the calibration does not belong to these photos, or the cameras look too far apart"
+        "the rectified pictures would have {got_width}x{got_height} pixels for photos of {width}x{height} (at most {CANVAS_LIMIT} times as many pixels expected); check that the calibration belongs to these photos, and that the cameras look in similar directions"
     )]
     Canvas {
         /// Width of the rectified pictures.
@@ -57,47 +57,61 @@ pub enum RectifyError {
 
 crate::stage_error!(RectifyError, "rectify");
 
-/// How level the rows were found and what was done about it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RowReport {
-    /// Rows the right photo lay lower than the left, pixels.
-    pub offset_px: f64,
-    /// Roll of the right photo against the left, degrees, clockwise.
-    pub roll_deg: f64,
-    /// Vertical scale of the right photo over the left, less 1.
-    pub scale: f64,
-    /// Median row difference left after the correction, pixels; `None` when not measured.
-    pub residual_px: Option<f64>,
-    /// Whether the views were corrected by these figures.
-    pub corrected: bool,
-}
-
 /// The rectified pair.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rectified {
-    /// How photo and rectified pixels belong together.
+    /// The transforms between photo pixels and rectified pixels.
     pub rectification: Rectification,
-    /// The left photo with the pattern, rectified.
+    /// The left dotted photo, rectified, grey levels 0 to 255.
     pub left: Gray,
-    /// The right photo with the pattern, rectified.
+    /// The right dotted photo, rectified.
     pub right: Gray,
-    /// The pair without the pattern, rectified.
+    /// The plain pair `[left, right]`, rectified.
     pub plain: Option<[Gray; 2]>,
-    /// The pair with the pattern in colour, for stripes; `None` for dots.
+    /// The pair with the pattern in colour `[left, right]`, for stripes; `None` for dots.
     pub colors: Option<[Rgb; 2]>,
-    /// How level the rows were found.
+    /// The rows as measured, and whether they were corrected.
     pub rows: RowReport,
-    /// What the user should know, in words.
+    /// The warnings that the observer received.
     pub warnings: Vec<String>,
 }
 
-/// Rectified pictures may have this many times the pixels of a photo.
+/// Rectified pictures have at most this many times the pixels of a photo. Set by
+/// hand: bounds the memory that a wrong calibration can ask for.
 const CANVAS_LIMIT: usize = 6;
 
 /// Rectifies both pairs of a capture. Photos of a parallel rig keep their pixels.
 ///
+/// Warns when no calibration is used, and of row errors.
+///
+/// ```
+/// use facerecon_core::camera::StereoRig;
+/// use facerecon_core::data::{Capture, Pattern, PatternKind, Photo, Rgb};
+/// use facerecon_core::math::Vec2;
+/// use facerecon_core::stages::rectify::{RectifyParams, rectify};
+///
+/// let photo = Photo::from_rgb(Rgb::from_fn(60, 40, |x, y| [(3 * x + y) as u8; 3]));
+/// let (baseline_mm, focal_px) = (100.0, 500.0);
+/// let (left, right) = (Vec2::new(30.0, 20.0), Vec2::new(35.0, 20.0));
+/// let capture = Capture {
+///     left: photo.clone(),
+///     right: photo.clone(),
+///     plain: None,
+///     extra: Vec::new(),
+///     pattern: Pattern { kind: PatternKind::Dots, columns: 85, rows: 64, rotation: 0.0 },
+///     rig: Some(StereoRig::parallel(baseline_mm, focal_px, left, right)),
+///     seeds: None,
+///     landmarks: Default::default(),
+/// };
+/// let rectified = rectify(&capture, &RectifyParams::default(), &())?;
+/// assert_eq!(rectified.left, photo.gray);
+/// assert!(rectified.rectification.rig.is_some());
+/// # Ok::<(), facerecon_core::stages::rectify::RectifyError>(())
+/// ```
+///
 /// # Errors
-/// [`RectifyError`] for a capture that is not valid, or a rig that does not fit the photos.
+/// [`RectifyError`] for a capture that is not valid, a rig that does not fit the photos, a parameter
+/// out of its range, and a cancelled run.
 pub fn rectify(
     capture: &Capture,
     params: &RectifyParams,
@@ -119,16 +133,16 @@ pub fn rectify(
         let dots = [&pictures.left, &pictures.right];
         let plain = pictures.plain.as_ref().map(|p| [&p[0], &p[1]]);
         let dots = (capture.pattern.kind == PatternKind::Dots).then_some(dots);
-        let levelled = rows::level(&rectification, dots, plain, &params.rows);
-        rows = levelled.report;
-        warnings.extend(levelled.warnings);
-        if let Some(better) = levelled.rectification {
-            rectification = better;
+        let correction = rows::correct_rows(&rectification, dots, plain, &params.rows);
+        rows = correction.report;
+        warnings.extend(correction.warning);
+        if let Some(corrected) = correction.rectification {
+            rectification = corrected;
             pictures = Pictures::new(capture, &rectification);
         }
     } else if rectification.rig.is_none() {
         warnings.push(
-            "no calibration is used: rows are taken as level, and lengths are in model units"
+            "no calibration is used: rows are assumed to be level, and lengths are in model units; calibrate for millimetres"
                 .to_owned(),
         );
     }
@@ -138,15 +152,15 @@ pub fn rectify(
         [(&capture.left, &rectification.left), (&capture.right, &rectification.right)]
             .map(|(photo, view)| warp_rgb(&photo.rgb, view, size))
     });
-    for message in &warnings {
-        observer.event(&Event::Warning { stage: "rectify", message });
+    for warning in &warnings {
+        observer.warn("rectify", warning);
     }
     observer.artifact("rectify", "left", Artifact::Gray(&left));
     observer.artifact("rectify", "right", Artifact::Gray(&right));
     Ok(Rectified { rectification, left, right, plain, colors, rows, warnings })
 }
 
-/// Both pairs as the views see them.
+/// Both pairs resampled by the views.
 struct Pictures {
     left: Gray,
     right: Gray,
@@ -155,12 +169,12 @@ struct Pictures {
 
 impl Pictures {
     fn new(capture: &Capture, rectification: &Rectification) -> Self {
-        let see = |photo: &Photo, view: &View| warp(&photo.gray, view, rectification.size);
+        let warped = |photo: &Photo, view: &View| warp(&photo.gray, view, rectification.size);
         let (left, right) = (&rectification.left, &rectification.right);
         Self {
-            left: see(&capture.left, left),
-            right: see(&capture.right, right),
-            plain: capture.plain.as_ref().map(|[l, r]| [see(l, left), see(r, right)]),
+            left: warped(&capture.left, left),
+            right: warped(&capture.right, right),
+            plain: capture.plain.as_ref().map(|[l, r]| [warped(l, left), warped(r, right)]),
         }
     }
 }

@@ -1,5 +1,13 @@
+use std::cell::RefCell;
+
 use super::*;
-use crate::data::{Pattern, Photo, Rgb};
+use crate::camera::{Rectification, View};
+use crate::data::{Capture, Dot, Gray, Pattern, Photo, Rgb};
+use crate::math::{Mat3, Vec2};
+use crate::observer::Event;
+
+/// Distance of the dots that [`dotted`] draws, pixels.
+const SPACING: f64 = 10.0;
 
 /// A photo of Gaussian dots on a face-like disc, `lower` pixels further down.
 fn dotted(lower: f64, height: f64, sigma: f64, disc: f64) -> Photo {
@@ -9,11 +17,28 @@ fn dotted(lower: f64, height: f64, sigma: f64, disc: f64) -> Photo {
         if r > disc {
             return 6.0;
         }
-        let (u, v) = (x - 10.0 * (x / 10.0).round(), y - 10.0 * (y / 10.0).round());
+        let near = |v: f64| v - SPACING * (v / SPACING).round();
+        let (u, v) = (near(x), near(y));
         (50.0 + height * (-(u * u + v * v) / (2.0 * sigma * sigma)).exp()) as f32
     });
     let rgb = Rgb::from_fn(768, 576, |x, y| [gray.at(x, y) as u8; 3]);
     Photo { rgb, gray }
+}
+
+/// The dots of a photo that [`dotted`] drew: local maxima of the grey levels.
+fn dots_of(image: &Gray) -> Vec<Dot> {
+    let mut dots = Vec::new();
+    for y in 2..image.height().saturating_sub(2) {
+        for x in 2..image.width().saturating_sub(2) {
+            let value = image.at(x, y);
+            let mut around = (0..25).filter(|k| *k != 12);
+            if value > 20.0 && around.all(|k| image.at(x + k % 5 - 2, y + k / 5 - 2) < value) {
+                let position = Vec2::new(x as f64, y as f64);
+                dots.push(Dot { position, sigma_px: 0.0, amplitude: 0.0, score: 1.0 });
+            }
+        }
+    }
+    dots
 }
 
 fn lit(level: f32) -> Photo {
@@ -33,12 +58,41 @@ fn capture(left: Photo, right: Photo) -> Capture {
     }
 }
 
+/// Collects warnings.
+#[derive(Default)]
+struct Warnings(RefCell<Vec<String>>);
+
+impl Observer for Warnings {
+    fn event(&self, event: &Event<'_>) {
+        if let Event::Warning { stage: "check", message } = event {
+            self.0.borrow_mut().push((*message).to_owned());
+        }
+    }
+}
+
+fn report_with(capture: &Capture, views: &Rectification, observer: &dyn Observer) -> CheckReport {
+    let found = [&capture.left.gray, &capture.right.gray].map(dots_of);
+    let dots = [0, 1].map(|i| {
+        let dots = found[i].as_slice();
+        (dots.len() >= 12).then_some(PhotoDots { dots, spacing_px: SPACING })
+    });
+    let input = CheckInput { capture, dots, views: Ok(views), rows_corrected: false };
+    check(&input, &CheckParams::default(), observer).unwrap()
+}
+
+fn report(capture: &Capture) -> CheckReport {
+    report_with(capture, &Rectification::identity(capture.left.size()), &())
+}
+
 fn broken(capture: &Capture) -> Vec<&'static str> {
-    let report = check(capture, &CheckParams::default());
+    let heard = Warnings::default();
+    let views = Rectification::identity(capture.left.size());
+    let report = report_with(capture, &views, &heard);
     let warned: Vec<_> =
         report.findings.iter().filter(|f| f.verdict == Verdict::Warning).map(|f| f.rule).collect();
     assert_eq!(report.is_good(), warned.is_empty());
     assert_eq!(report.warnings().len(), warned.len());
+    assert_eq!(*heard.0.borrow(), report.warnings());
     warned
 }
 
@@ -69,7 +123,7 @@ fn each_fault_breaks_its_own_rule() {
     };
     assert!(broken(&capture(good(), aside(330))).contains(&"subject"));
     let glare = || dotted(0.0, 260.0, 2.0, 200.0);
-    assert_eq!(broken(&capture(glare(), glare())), ["shine"]);
+    assert_eq!(broken(&capture(glare(), glare())), ["saturation"]);
     let mut dark = capture(good(), good());
     dark.plain = Some([lit(12.0), lit(12.0)]);
     assert_eq!(broken(&dark), ["plain"]);
@@ -79,19 +133,66 @@ fn each_fault_breaks_its_own_rule() {
 }
 
 #[test]
-fn small_photos_are_told_with_their_size() {
-    let small = || Photo { rgb: Rgb::filled(64, 48, [9; 3]), gray: Gray::filled(64, 48, 9.0) };
-    let report = check(&capture(small(), small()), &CheckParams::default());
-    let finding = &report.findings[0];
-    assert_eq!((finding.rule, finding.verdict), ("resolution", Verdict::Warning));
-    assert!(finding.message.contains("64x48") && finding.message.contains("768x576"));
-    // nothing at all is no panic
-    let none = || Photo { rgb: Rgb::filled(0, 0, [0; 3]), gray: Gray::filled(0, 0, 0.0) };
-    assert!(!check(&capture(none(), none()), &CheckParams::default()).is_good());
+fn rows_are_checked_as_rectification_has_corrected_them() {
+    let tilted = capture(good(), dotted(3.0, 130.0, 2.0, 200.0));
+    let up = Mat3::new(1.0, 0.0, 0.0, 0.0, 1.0, -3.0, 0.0, 0.0, 1.0);
+    let level = Rectification::identity((768, 576));
+    let corrected = Rectification { right: View::plane(up).unwrap(), ..level };
+    assert!(!report_with(&tilted, &level, &()).is_good());
+    let report = report_with(&tilted, &corrected, &());
+    assert!(report.is_good(), "{:?}", report.warnings());
+    // a rig that cannot be used is a finding, not an error
+    let dots = dots_of(&good().gray);
+    let dots = [Some(PhotoDots { dots: &dots, spacing_px: SPACING }); 2];
+    let views = Err("the cameras are swapped".to_owned());
+    let input = CheckInput { capture: &tilted, dots, views, rows_corrected: false };
+    let report = check(&input, &CheckParams::default(), &()).unwrap();
+    let rows = report.findings.iter().find(|f| f.rule == "rows").unwrap();
+    assert_eq!(
+        (rows.verdict, rows.message.as_str()),
+        (Verdict::Warning, "the cameras are swapped")
+    );
 }
 
 #[test]
-fn the_row_offset_comes_back_to_a_tenth_of_a_pixel() {
+fn the_size_of_small_photos_is_reported() {
+    let small = || Photo { rgb: Rgb::filled(64, 48, [9; 3]), gray: Gray::filled(64, 48, 9.0) };
+    let found = report(&capture(small(), small()));
+    let finding = &found.findings[0];
+    assert_eq!((finding.rule, finding.verdict), ("resolution", Verdict::Warning));
+    assert!(finding.message.contains("64x48") && finding.message.contains("768x576"));
+    // photos without pixels do not panic
+    let none = || Photo { rgb: Rgb::filled(0, 0, [0; 3]), gray: Gray::filled(0, 0, 0.0) };
+    assert!(!report(&capture(none(), none())).is_good());
+}
+
+#[test]
+fn parameters_and_cancelling_are_obeyed() {
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let capture = capture(good(), good());
+    let views = Rectification::identity((768, 576));
+    let input = CheckInput {
+        capture: &capture,
+        dots: [None, None],
+        views: Ok(&views),
+        rows_corrected: false,
+    };
+    let params = CheckParams { min_dot_ratio: 7.0, ..CheckParams::default() };
+    let error = check(&input, &params, &()).unwrap_err();
+    assert!(
+        matches!(&error, CheckError::Settings(e) if e.to_string().contains("check.min_dot_ratio"))
+    );
+    let error = check(&input, &CheckParams::default(), &Stop).unwrap_err();
+    assert_eq!(error, CheckError::Cancelled(Cancelled));
+}
+
+#[test]
+fn the_row_offset_is_measured_to_a_tenth_of_a_pixel() {
     let left: Vec<Vec2> = (0..900)
         .map(|i| {
             Vec2::new(f64::from(i % 30) * 9.0, f64::from(i / 30) * 9.0 + f64::from(i % 30) * 0.07)
@@ -99,11 +200,11 @@ fn the_row_offset_comes_back_to_a_tenth_of_a_pixel() {
         .collect();
     for lower in [-3.0, -0.4, 0.0, 0.3, 1.7, 4.0] {
         let right: Vec<Vec2> = left.iter().map(|p| p + Vec2::new(-200.0, lower)).collect();
-        let found = rows::offset(&left, &right, 9.0).unwrap();
+        let found = row_offset::offset(&left, &right, 9.0).unwrap();
         assert!((found - lower).abs() < 0.1, "{lower}: {found}");
     }
-    // no rows, no answer
+    // without rows there is no offset
     let scattered: Vec<Vec2> =
         (0..900).map(|i| Vec2::new(f64::from(i), f64::from(i * 7919 % 10_000) / 40.0)).collect();
-    assert_eq!(rows::offset(&scattered, &scattered[..400], 9.0), None);
+    assert_eq!(row_offset::offset(&scattered, &scattered[..400], 9.0), None);
 }

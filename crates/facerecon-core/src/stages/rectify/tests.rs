@@ -56,7 +56,7 @@ fn photos_of_a_toed_in_rig_show_one_row_for_one_point() {
     let rectified =
         rectify(&capture(left, right, Some(rig)), &RectifyParams::default(), &()).unwrap();
     let metric = rectified.rectification.rig.unwrap();
-    // points of the plane: both rectified pictures must show the texture there, in one row
+    // points of the plane: both rectified pictures show the texture there, in the same row
     let mut checked = 0;
     for (x, y) in [(0.0, 0.0), (30.0, -40.0), (60.0, 30.0), (-10.0, 60.0), (45.0, 5.0)] {
         let (l, r) = metric.pixels(&Vec3::new(x, y, 1000.0)).unwrap();

@@ -6,7 +6,7 @@ use crate::camera::View;
 use crate::data::{Gray, Rgb};
 use crate::math::Vec2;
 
-/// The photo as its view sees it, on a canvas of `size`, by cubic convolution (Catmull-Rom; Keys
+/// The photo resampled by a view, on a canvas of `size` (width, height), by cubic convolution (Catmull-Rom; Keys
 /// 1981). Pixels outside the photo are 0. An identity view of the photo's size copies it.
 pub fn warp(photo: &Gray, view: &View, size: (usize, usize)) -> Gray {
     if view.is_identity() && size == photo.size() {
@@ -23,13 +23,13 @@ pub fn warp(photo: &Gray, view: &View, size: (usize, usize)) -> Gray {
     out
 }
 
-/// [`warp`] for each colour.
+/// [`warp`] of each colour channel, 8 bit.
 pub fn warp_rgb(photo: &Rgb, view: &View, size: (usize, usize)) -> Rgb {
     let [r, g, b] = [0, 1, 2].map(|c| warp(&photo.map(|p| f32::from(p[c])), view, size).to_u8());
     Rgb::from_fn(size.0, size.1, |x, y| [r.at(x, y), g.at(x, y), b.at(x, y)])
 }
 
-/// Cubic sample, clipped to 0..255; half a pixel beyond the border centres still counts.
+/// Cubic sample, clipped to 0..255; `None` more than half a pixel beyond the border centres.
 fn cubic(photo: &Gray, p: Vec2) -> Option<f32> {
     let (w, h) = (photo.width() as f64, photo.height() as f64);
     if !(p.x >= -0.5 && p.y >= -0.5 && p.x <= w - 0.5 && p.y <= h - 0.5) {
