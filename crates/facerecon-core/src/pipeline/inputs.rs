@@ -9,7 +9,7 @@ use crate::observer::Observer;
 use crate::pipeline::Error;
 use crate::pipeline::Params;
 use crate::spatial::PointIndex;
-use crate::stages::cameras::estimate_cameras;
+use crate::stages::cameras::{CamerasError, estimate_cameras};
 use crate::stages::correspond::{CorrespondInput, Correspondence};
 use crate::stages::detect::Detection;
 use crate::stages::rectify::Rectified;
@@ -58,6 +58,7 @@ pub(super) fn cameras(
     })?;
     match estimated {
         Ok(cameras) => Ok(Some(cameras.rig)),
+        Err(error @ (CamerasError::Settings(_) | CamerasError::Cancelled(_))) => Err(error.into()),
         // the run goes on in model units
         Err(why) => {
             run.warn(

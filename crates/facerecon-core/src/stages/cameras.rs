@@ -1,60 +1,65 @@
-//! Cameras: what the photographs themselves say about cameras nobody has calibrated.
+//! Cameras: estimate uncalibrated cameras from the photos.
 //!
-//! Level rows leave two numbers open that decide the shape of the face: the focal length and the
-//! disparity of infinity. Their ratio stretches depth against width, their size is perspective.
-//! The projector is a third view that closes the gap: dots equally spaced along both directions of
-//! the lattice, on a projector of square pixels, look square to one stretch of depth only (the
-//! image of the absolute conic, Hartley and Zisserman 2004, section 19.3). How strong the
-//! perspective is, photographs of one face hardly say; there the usual lens of a portrait rig
-//! stands in, and an error of a third moves the surface by a tenth of a millimetre.
+//! Level rows leave two numbers open that determine the shape of the face: the focal length and the
+//! disparity of infinity. Their ratio scales depth relative to width, their size is the strength of
+//! perspective. The projector is a third view: dots equally spaced along both directions of the
+//! lattice, from a projector with square pixels, are square for one scale of depth only (image of
+//! the absolute conic, Hartley and Zisserman 2004, section 19.3). Photos of one face hardly
+//! determine the strength of perspective; for it the usual lens of a portrait rig is assumed. An
+//! error of a third moves the surface by a tenth of a millimetre.
 
-use crate::camera::{RectifiedRig, resect};
-use crate::data::Match;
-use crate::math::{Mat2, Mat3, Vec2, Vec3, median, percentile};
-use crate::observer::{Event, Observer};
-use crate::settings;
+mod posterior;
 
 #[cfg(test)]
 mod tests;
 
+use crate::camera::{RectifiedRig, resect};
+use crate::data::Match;
+use crate::math::{Mat3, Vec2, Vec3, median, percentile};
+use crate::observer::{Cancelled, Observer};
+use crate::settings;
+use crate::settings::{SettingsError, Value};
+use posterior::CameraPosterior;
+
 settings! {
     /// Estimating the cameras of a capture without calibration.
     pub struct CamerasParams {
-        /// Whether unknown cameras are estimated from the pattern's lattice, which must be square
-        /// (as `facerecon pattern` makes it); else depth follows from the generic head (thesis Eq. 2.3).
+        /// Whether unknown cameras are estimated from the lattice of the pattern, which must be
+        /// square (as `facerecon pattern` makes it); else depth follows from the template (thesis
+        /// Eq. 2.3).
         estimate: bool = true;
         /// Usual focal length, in widths of the photo.
         focal_widths: f64 = 3.0, range 0.3..=30.0;
-        /// How far the focal length may well be from it: standard deviation of its logarithm.
+        /// Standard deviation of the logarithm of the focal length about the usual one.
         focal_spread: f64 = 0.4, range 0.01..=3.0;
         /// Usual distance of the face, in distances between the cameras.
         distance_baselines: f64 = 8.0, range 1.0..=100.0;
-        /// Standard deviation of that ratio's logarithm.
+        /// Standard deviation of the logarithm of that distance.
         distance_spread: f64 = 0.35, range 0.01..=3.0;
-        /// Departure from a square lattice that lenses and projector bring, relative.
+        /// Relative deviation from a square lattice caused by lenses and projector.
         lattice_error: f64 = 5e-4, range 1e-6..=0.1;
-        /// Largest standard deviation of depth against width, relative, at which the estimate is
+        /// Maximum relative standard deviation of depth against width at which the estimate is
         /// used.
         max_depth_error: f64 = 0.2, range 0.001..=1.0;
     }
 }
 
-/// Cameras estimated from the photographs.
+/// Cameras estimated from the photos. `Display` gives the figures in one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimatedCameras {
     /// The pair as two equal cameras side by side. Its unit of length is about a millimetre.
     pub rig: RectifiedRig,
     /// Relative standard deviation of depth against width.
     pub depth_error: f64,
-    /// Relative standard deviation of the focal length, and with it of the perspective.
+    /// Relative standard deviation of the focal length, and so of the perspective.
     pub focal_error: f64,
 }
 
-/// Why the cameras stay unknown.
+/// Why the cameras cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CamerasError {
-    /// Too few dots with a place in the lattice.
-    #[error("{got} matches have a place in the pattern's lattice, {needed} are needed")]
+    /// Too few dots with lattice labels.
+    #[error("{got} matches have lattice labels (at least {needed} expected)")]
     TooFewLabels {
         /// Found.
         got: usize,
@@ -62,60 +67,72 @@ pub enum CamerasError {
         needed: usize,
     },
     /// Dots that do not determine the projector.
-    #[error("the dots do not determine how the projector looked at the face")]
+    #[error("the dots do not determine the pose of the projector")]
     Degenerate,
-    /// A projector that looks along the cameras says nothing about depth.
+    /// A projector in line with the cameras does not determine depth.
     #[error(
-        "the lattice tells depth only to {found_percent:.0} %, {needed_percent:.0} % is needed: the projector stands too close to the line between the cameras"
+        "the lattice determines depth to {found_percent:.0} % (at most {needed_percent:.0} % expected); move the projector away from the line between the cameras"
     )]
     Uncertain {
-        /// Standard deviation found.
+        /// Relative standard deviation found, percent.
         found_percent: f64,
-        /// Allowed.
+        /// Maximum, percent.
         needed_percent: f64,
     },
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
-/// Fewer labelled dots than this say nothing.
-const LEAST_LABELS: usize = 60;
+crate::stage_error!(CamerasError, "cameras");
 
-/// Estimates focal length and disparity of infinity from matches (rectified pixels) with places in
-/// a square lattice, and from what rigs usually are. `size` is that of the rectified pictures,
-/// whose middle is taken for the optical axis.
+/// Fewer labelled dots than this do not determine the cameras. Set by hand: five dots for each of
+/// the twelve entries of the projection.
+const MIN_LABELS: usize = 60;
+/// Scale of disparity that makes a pixel of it about as long as one across: the usual distance over
+/// the baseline.
+const DISPARITY_SCALE: f64 = 8.0;
+/// Width of a face between its outer dots, about, mm: sets the unit of length.
+const FACE_WIDTH_MM: f64 = 120.0;
+/// Percentiles of the columns between which the outer dots are measured.
+const OUTER_PERCENTILES: [f64; 2] = [0.05, 0.95];
+
+/// Estimates focal length and disparity of infinity from matches (rectified pixels) with labels in
+/// a square lattice, and from what is usual for rigs. `size` (width, height) is that of the
+/// rectified pictures; the optical axis is assumed to be in their middle.
+///
+/// Warns that the cameras were estimated, with the figures.
+///
+/// ```
+/// use facerecon_core::stages::cameras::{CamerasError, CamerasParams, estimate_cameras};
+///
+/// // without labelled matches the cameras cannot be estimated
+/// let found = estimate_cameras(&[], (768, 576), &CamerasParams::default(), &());
+/// assert!(matches!(found, Err(CamerasError::TooFewLabels { got: 0, .. })));
+/// ```
 ///
 /// # Errors
-/// [`CamerasError`] where the lattice says too little.
+/// [`CamerasError`] where the lattice does not determine the cameras, which is a normal outcome; for
+/// a parameter out of its range; and for a cancelled run.
 pub fn estimate_cameras(
     matches: &[Match],
     size: (usize, usize),
     params: &CamerasParams,
     observer: &dyn Observer,
 ) -> Result<EstimatedCameras, CamerasError> {
+    params.check("cameras", None)?;
+    observer.check()?;
     let middle = Vec2::new(size.0 as f64 - 1.0, size.1 as f64 - 1.0) / 2.0;
-    let labelled: Vec<_> = matches.iter().filter_map(|m| Some((m, m.lattice?))).collect();
-    let got = labelled.len();
-    if got < LEAST_LABELS {
-        return Err(CamerasError::TooFewLabels { got, needed: LEAST_LABELS });
-    }
-    let disparities: Vec<f64> = labelled.iter().map(|(m, _)| m.disparity()).collect();
-    let disparity = median(&disparities).ok_or(CamerasError::Degenerate)?;
-    // A view midway between the cameras, so that neither is preferred.
-    let midway = |m: &Match| (m.left + m.right) / 2.0 - middle;
-    let points: Vec<Vec3> = labelled
-        .iter()
-        .map(|(m, _)| {
-            let p = midway(m);
-            Vec3::new(p.x, p.y, EVEN * (m.disparity() - disparity))
-        })
-        .collect();
-    let cells: Vec<Vec2> =
-        labelled.iter().map(|(_, [c, r])| Vec2::new(f64::from(*c), f64::from(*r))).collect();
-    let (projector, _) = resect(&points, &cells).ok_or(CamerasError::Degenerate)?;
-    let odds = Odds {
+    let dots = labelled(matches, middle)?;
+    let (projector, _) = resect(&dots.points, &dots.cells).ok_or(CamerasError::Degenerate)?;
+    let posterior = CameraPosterior {
         across: projector.matrix.column(0).into(),
         down: projector.matrix.column(1).into(),
         ahead: projector.shift,
-        parallax: projector.matrix.column(2) * EVEN,
+        parallax: projector.matrix.column(2) * DISPARITY_SCALE,
         usual: Vec2::new(
             (params.focal_widths * size.0 as f64).ln(),
             params.distance_baselines.ln(),
@@ -123,8 +140,8 @@ pub fn estimate_cameras(
         spread: Vec2::new(params.focal_spread, params.distance_spread),
         lattice_error: params.lattice_error,
     };
-    let best = odds.best();
-    let covariance = odds.covariance(best).ok_or(CamerasError::Degenerate)?;
+    let best = posterior.mode();
+    let covariance = posterior.covariance(best).ok_or(CamerasError::Degenerate)?;
     let [focal_error, depth_error] = [0, 1].map(|i| covariance[(i, i)].max(0.0).sqrt());
     if !(depth_error <= params.max_depth_error) {
         return Err(CamerasError::Uncertain {
@@ -132,110 +149,70 @@ pub fn estimate_cameras(
             needed_percent: 100.0 * params.max_depth_error,
         });
     }
+    let rig = rig_of(best, &dots, middle);
+    let found = EstimatedCameras { rig, depth_error, focal_error };
+    observer.warn("cameras", &found.to_string());
+    Ok(found)
+}
 
+/// Matches with lattice labels, in a view midway between the cameras, so that neither is preferred.
+struct LabelledDots {
+    /// Pixels from the middle of the picture, and scaled disparity beyond the median.
+    points: Vec<Vec3>,
+    /// Column and row of the lattice.
+    cells: Vec<Vec2>,
+    /// Median disparity, pixels.
+    disparity_px: f64,
+}
+
+fn labelled(matches: &[Match], middle: Vec2) -> Result<LabelledDots, CamerasError> {
+    let labelled: Vec<_> = matches.iter().filter_map(|m| Some((m, m.lattice?))).collect();
+    let got = labelled.len();
+    if got < MIN_LABELS {
+        return Err(CamerasError::TooFewLabels { got, needed: MIN_LABELS });
+    }
+    let disparities: Vec<f64> = labelled.iter().map(|(m, _)| m.disparity()).collect();
+    let disparity_px = median(&disparities).ok_or(CamerasError::Degenerate)?;
+    let midway = |m: &Match| (m.left + m.right) / 2.0 - middle;
+    let points = labelled
+        .iter()
+        .map(|(m, _)| {
+            let p = midway(m);
+            Vec3::new(p.x, p.y, DISPARITY_SCALE * (m.disparity() - disparity_px))
+        })
+        .collect();
+    let cells =
+        labelled.iter().map(|(_, [c, r])| Vec2::new(f64::from(*c), f64::from(*r))).collect();
+    Ok(LabelledDots { points, cells, disparity_px })
+}
+
+/// The rig of the logarithms of focal length and distance.
+fn rig_of(best: Vec2, dots: &LabelledDots, middle: Vec2) -> RectifiedRig {
     let focal_px = best.x.exp();
-    // the disparity of the face over that of infinity
+    // disparity of the face minus disparity of infinity
     let parallax_px = focal_px / best.y.exp();
-    let infinity_px = disparity - parallax_px;
-    let columns: Vec<f64> = points.iter().map(|p| p.x).collect();
-    let edge = |q: f64| percentile(&columns, q).unwrap_or(0.0);
-    let width_px = (edge(0.95) - edge(0.05)).max(1.0);
-    let rig = RectifiedRig {
+    let infinity_px = dots.disparity_px - parallax_px;
+    let columns: Vec<f64> = dots.points.iter().map(|p| p.x).collect();
+    let [low, high] = OUTER_PERCENTILES.map(|q| percentile(&columns, q).unwrap_or(0.0));
+    let width_px = (high - low).max(1.0);
+    RectifiedRig {
         focal_px,
-        baseline_mm: FACE_WIDTH * parallax_px / width_px,
+        baseline_mm: FACE_WIDTH_MM * parallax_px / width_px,
         principal_left: middle + Vec2::new(infinity_px / 2.0, 0.0),
         principal_right: middle - Vec2::new(infinity_px / 2.0, 0.0),
         camera_from_rectified: Mat3::identity(),
         metric: false,
-    };
-    let found = EstimatedCameras { rig, depth_error, focal_error };
-    observer.event(&Event::Warning { stage: "cameras", message: &found.in_words() });
-    Ok(found)
+    }
 }
 
-impl EstimatedCameras {
-    /// What was found, for the user.
-    pub fn in_words(&self) -> String {
-        format!(
+impl std::fmt::Display for EstimatedCameras {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
             "the cameras were estimated from the pattern: focal length {:.0} px (to {:.0} %), depth against width to {:.1} %; calibrate for millimetres",
             self.rig.focal_px,
             100.0 * self.focal_error,
             100.0 * self.depth_error
         )
-    }
-}
-
-/// Makes a pixel of disparity about as long as one across (usual distance over baseline).
-const EVEN: f64 = 8.0;
-/// What lies between the outer dots of a face, about, mm: sets the unit of length.
-const FACE_WIDTH: f64 = 120.0;
-
-/// How unlikely a focal length and a distance are: `x` is the logarithm of the focal length in
-/// pixels, `y` that of the distance over the baseline.
-struct Odds {
-    /// Columns of the projector's matrix: for pixels across and down, for the constant, and for
-    /// pixels of disparity beyond the median.
-    across: Vec3,
-    down: Vec3,
-    ahead: Vec3,
-    parallax: Vec3,
-    usual: Vec2,
-    spread: Vec2,
-    lattice_error: f64,
-}
-
-impl Odds {
-    /// Skew and unequal scale of the projector's pixels, relative. Point `(x, y, f, d - d0)` is
-    /// proportional to `(X, Y, Z, B)`, so that the projector's matrix for `(X, Y, Z)` has the
-    /// columns `across`, `down` and `(ahead - (d - d0) parallax) / f`; with its transpose it makes
-    /// the dual image of the absolute conic.
-    fn squareness(&self, at: Vec2) -> Vec2 {
-        let focal = at.x.exp();
-        let parallax_px = focal / at.y.exp();
-        let depth = (self.ahead - self.parallax * parallax_px) / focal;
-        let outer = |v: &Vec3| v * v.transpose();
-        let conic = outer(&self.across) + outer(&self.down) + outer(&depth);
-        let scale = conic[(2, 2)];
-        let [xx, yy] = [0, 1].map(|i| conic[(i, i)] - conic[(i, 2)].powi(2) / scale);
-        let xy = conic[(0, 1)] - conic[(0, 2)] * conic[(1, 2)] / scale;
-        Vec2::new(2.0 * xy, xx - yy) / (xx + yy)
-    }
-
-    fn energy(&self, at: Vec2) -> f64 {
-        let lattice = self.squareness(at) / self.lattice_error;
-        let usual = (at - self.usual).component_div(&self.spread);
-        lattice.norm_squared() + usual.norm_squared()
-    }
-
-    /// The least energy: a grid over all that is usual, then ever finer ones around the best.
-    fn best(&self) -> Vec2 {
-        const HALF: i32 = 30;
-        let mut centre = self.usual;
-        let mut reach = 4.0 * self.spread;
-        for _ in 0..8 {
-            let grid = (-HALF..=HALF).flat_map(|i| (-HALF..=HALF).map(move |j| (i, j)));
-            let at = |(i, j): (i32, i32)| {
-                let share = Vec2::new(f64::from(i), f64::from(j)) / f64::from(HALF);
-                centre + reach.component_mul(&share)
-            };
-            let places = grid.map(at).map(|p| (self.energy(p), p));
-            if let Some((_, p)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                centre = p;
-            }
-            reach *= 0.3;
-        }
-        centre
-    }
-
-    /// Covariance of the two logarithms from the energy's slope (Gauss-Newton).
-    fn covariance(&self, at: Vec2) -> Option<Mat2> {
-        let step = 1e-4;
-        let slope = [Vec2::x(), Vec2::y()].map(|axis| {
-            (self.squareness(at + axis * step) - self.squareness(at - axis * step))
-                / (2.0 * step * self.lattice_error)
-        });
-        let jacobian = Mat2::from_columns(&slope);
-        let prior = Mat2::from_diagonal(&self.spread.map(|s| 1.0 / (s * s)));
-        (jacobian.transpose() * jacobian + prior).try_inverse()
     }
 }

@@ -1,4 +1,4 @@
-//! Detect: the projected dots of one photo.
+//! Detect: find the projected dots in one photo.
 
 mod gaussian;
 mod thin;
@@ -6,8 +6,10 @@ mod thin;
 #[cfg(test)]
 mod tests;
 
-pub use gaussian::{GaussianParams, gaussian};
-pub use thin::{Thinned, thin};
+pub use gaussian::GaussianParams;
+
+use gaussian::gaussian;
+use thin::{Thinned, thin};
 
 use crate::data::{Dot, Gray};
 use crate::math::{Vec2, median};
@@ -19,9 +21,9 @@ use crate::{choices, settings};
 choices! {
     /// How dots are found.
     pub enum DetectMethod {
-        /// The thesis's thinning of a black and white photo (section 2.2.3).
+        /// Thinning of a black and white photo, as in the thesis (section 2.2.3).
         Thin = "thin",
-        /// Gaussian dots fitted to the rectified photo, to hundredths of a pixel.
+        /// Fits of Gaussian profiles to the rectified photo, to hundredths of a pixel.
         Gaussian = "gaussian",
     }
 }
@@ -31,31 +33,30 @@ settings! {
     pub struct DetectParams {
         /// How dots are found.
         method: DetectMethod = DetectMethod::Thin;
-        /// Side of the raster-scan window (thesis: 5x5), for `thin` without `merge`.
+        /// Side of the window of the raster scan (thesis: 5x5), for `thin` without `merge`.
         window_px: usize = 5, range 1.0..=101.0, unit "px";
-        /// Whether the window follows the dot, for `thin`: white pixels that touch are one dot. The
-        /// thesis's fixed window cuts a dot whose top row does not begin at its left end in two, and
-        /// joins dots closer than its side.
+        /// Whether connected white pixels are one dot, for `thin`. The fixed window of the thesis
+        /// splits a dot whose top row does not begin at its left end, and merges dots that are closer
+        /// than its side.
         merge: bool = true;
-        /// Least number of white pixels of a dot; fewer are noise, for `thin` with `merge`.
+        /// Minimum number of white pixels of a dot; fewer are noise. For `thin` with `merge`.
         min_area_px: usize = 3, range 1.0..=10000.0, unit "px";
-        /// Largest area of a dot in medians of all areas; larger are shine or dots run together,
-        /// for `thin` with `merge`.
+        /// Maximum area of a dot in medians of all areas; larger ones are reflections or merged dots.
+        /// For `thin` with `merge`.
         max_area: f64 = 3.0, range 1.0..=1000.0;
-        /// Whether a dot's place is rounded to a pixel, as in the thesis, or keeps its fraction,
-        /// for `thin`.
+        /// Whether positions are rounded to whole pixels, as in the thesis, for `thin`.
         round: bool = true;
         /// The sub-pixel fit, for `gaussian`.
         gaussian: GaussianParams = GaussianParams::default();
     }
 }
 
-/// A photo in which no dots can be found.
+/// A photo without detectable dots.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DetectError {
     /// Too few dots.
     #[error(
-        "{got} dots found, at least {needed} are needed; is this the photo with the pattern, and is it sharp? For the thesis's way try another filter.threshold or filter.level"
+        "{got} dots found (at least {needed} expected); check that this is the photo with the pattern and that it is sharp. With detect.method = \"thin\" try another filter.threshold or filter.level"
     )]
     TooFewDots {
         /// Dots found.
@@ -64,7 +65,7 @@ pub enum DetectError {
         needed: usize,
     },
     /// No pixels.
-    #[error("the photo has no pixels ({width}x{height})")]
+    #[error("the photo has {width}x{height} pixels (at least 1x1 expected); give another photo")]
     Empty {
         /// Width found.
         width: usize,
@@ -84,22 +85,37 @@ crate::stage_error!(DetectError, "detect");
 /// The dots of one photo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// In raster order of their positions, pixels of the given image.
+    /// Sorted by row, then column; pixels of the given image.
     pub dots: Vec<Dot>,
-    /// Usual distance to the next dot, pixels.
+    /// Median distance to the nearest other dot (`thin`) or spacing of the lattice (`gaussian`), pixels.
     pub spacing_px: f64,
-    /// One white pixel a dot on black (thesis Fig. 2.4); `thin` only.
+    /// One white pixel for each dot on black (thesis Fig. 2.4); `thin` only.
     pub thinned: Option<Gray>,
 }
 
-/// Fewer dots than this are no pattern.
-const LEAST_DOTS: usize = 12;
+/// Fewer dots than this are not a pattern. Set by hand: a pattern on a face has hundreds.
+const MIN_DOTS: usize = 12;
 
-/// Finds the dots: of the black and white photo that `filter` makes (`thin`), or of the rectified
-/// photo itself (`gaussian`).
+/// Finds the dots of a photo: of the black and white photo that `filter` computes (`thin`), or of the
+/// rectified photo itself (`gaussian`).
+///
+/// ```
+/// use facerecon_core::data::Gray;
+/// use facerecon_core::stages::detect::{DetectMethod, DetectParams, detect};
+///
+/// // dots 10 pixels apart, with their centres 5 pixels from the border
+/// let square = |v: usize| (v as f32 % 10.0 - 5.0).powi(2);
+/// let image = Gray::from_fn(120, 80, |x, y| 200.0 * (-(square(x) + square(y)) / 4.0).exp());
+/// let params = DetectParams { method: DetectMethod::Gaussian, ..DetectParams::default() };
+/// let found = detect(&image, &params, &())?;
+/// assert!(found.dots.len() >= 80);
+/// assert!((found.spacing_px - 10.0).abs() < 0.2);
+/// # Ok::<(), facerecon_core::stages::detect::DetectError>(())
+/// ```
 ///
 /// # Errors
-/// [`DetectError`] when fewer than a dozen dots are found.
+/// [`DetectError`] for fewer than 12 dots, a photo without pixels, a parameter out of its range, and
+/// a cancelled run.
 pub fn detect(
     image: &Gray,
     params: &DetectParams,
@@ -127,13 +143,13 @@ pub fn detect(
         observer.artifact("detect", "thinned", Artifact::Gray(thinned));
     }
     match spacing_px {
-        Some(spacing_px) if dots.len() >= LEAST_DOTS => Ok(Detection { dots, spacing_px, thinned }),
-        _ => Err(DetectError::TooFewDots { got: dots.len(), needed: LEAST_DOTS }),
+        Some(spacing_px) if dots.len() >= MIN_DOTS => Ok(Detection { dots, spacing_px, thinned }),
+        _ => Err(DetectError::TooFewDots { got: dots.len(), needed: MIN_DOTS }),
     }
 }
 
 /// Median distance from a dot to the nearest other one, pixels; `None` with fewer than two dots.
-pub fn spacing_px(dots: &[Dot]) -> Option<f64> {
+fn spacing_px(dots: &[Dot]) -> Option<f64> {
     let positions: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
     let index = PointIndex::<2>::new(&positions)?;
     let nearest: Vec<f64> = positions

@@ -72,8 +72,6 @@ pub struct Rectified {
     pub colors: Option<[Rgb; 2]>,
     /// The rows as measured, and whether they were corrected.
     pub rows: RowReport,
-    /// The warnings that the observer received.
-    pub warnings: Vec<String>,
 }
 
 /// Rectified pictures have at most this many times the pixels of a photo. Set by
@@ -120,7 +118,6 @@ pub fn rectify(
     params.check("rectify", None)?;
     capture.validate()?;
     let size = capture.left.size();
-    let mut warnings = Vec::new();
     let mut rectification = match &capture.rig {
         Some(rig) if params.calibrated => Rectification::from_rig(rig, size),
         _ => Rectification::identity(size),
@@ -135,15 +132,17 @@ pub fn rectify(
         let dots = (capture.pattern.kind == PatternKind::Dots).then_some(dots);
         let correction = rows::correct_rows(&rectification, dots, plain, &params.rows);
         rows = correction.report;
-        warnings.extend(correction.warning);
+        if let Some(warning) = correction.warning {
+            observer.warn("rectify", &warning);
+        }
         if let Some(corrected) = correction.rectification {
             rectification = corrected;
             pictures = Pictures::new(capture, &rectification);
         }
     } else if rectification.rig.is_none() {
-        warnings.push(
-            "no calibration is used: rows are assumed to be level, and lengths are in model units; calibrate for millimetres"
-                .to_owned(),
+        observer.warn(
+            "rectify",
+            "no calibration is used: rows are assumed to be level, and lengths are in model units; calibrate for millimetres",
         );
     }
     let Pictures { left, right, plain } = pictures;
@@ -152,12 +151,9 @@ pub fn rectify(
         [(&capture.left, &rectification.left), (&capture.right, &rectification.right)]
             .map(|(photo, view)| warp_rgb(&photo.rgb, view, size))
     });
-    for warning in &warnings {
-        observer.warn("rectify", warning);
-    }
     observer.artifact("rectify", "left", Artifact::Gray(&left));
     observer.artifact("rectify", "right", Artifact::Gray(&right));
-    Ok(Rectified { rectification, left, right, plain, colors, rows, warnings })
+    Ok(Rectified { rectification, left, right, plain, colors, rows })
 }
 
 /// Both pairs resampled by the views.

@@ -1,4 +1,4 @@
-//! Stage smooth: take the noise off the bent head (thesis sections 4.3 and 6.5.2).
+//! Smooth: reduce the noise of the mesh (thesis sections 4.3 and 6.5.2).
 
 mod enlarge;
 mod laplacian;
@@ -11,38 +11,40 @@ use crate::settings::{SettingsError, Value};
 crate::choices! {
     /// How the mesh is smoothed.
     pub enum SmoothMethod {
-        /// Not at all.
+        /// No smoothing.
         None = "none",
-        /// Every vertex moves toward the mean of its neighbours (thesis Eq. 4.9, 4.10); shrinks.
+        /// Every vertex moves toward the mean of its neighbours (thesis Eq. 4.9, 4.10). The mesh shrinks.
         Laplacian = "laplacian",
-        /// A second step with a negative factor undoes the shrinkage (Taubin 1995; thesis section 4.3).
+        /// A second step with a negative factor compensates the shrinkage (Taubin 1995; thesis section
+        /// 4.3).
         Taubin = "taubin",
     }
 }
 
 crate::settings! {
-    /// Smoothing the bent head.
+    /// Smoothing the mesh.
     pub struct SmoothParams {
         /// How the mesh is smoothed.
         method: SmoothMethod = SmoothMethod::Laplacian;
-        /// Most steps.
+        /// Maximum number of steps.
         steps: usize = 3, range 0.0..=10_000.0;
-        /// Smoothing ends once the vertices move less than this in a step, on average, in model
-        /// units; 0 takes all steps.
+        /// Smoothing ends when the mean movement of a vertex in a step is below this, in model units
+        /// (mm with calibration); 0 takes all steps.
         threshold: f64 = 0.0, range 0.0..=1000.0;
         /// The factor lambda of Eq. 4.10.
         lambda: f64 = 0.5, range 0.0..=1.0;
-        /// Taubin: the negative factor mu, below -lambda.
+        /// The negative factor mu of Taubin's second step; must be below -lambda.
         mu: f64 = -0.53, range -2.0..=0.0;
-        /// Whether vertices on an open edge stay where they are; else the opening shrinks.
+        /// Whether vertices on the border stay in place; else holes and the outer border shrink.
         keep_border: bool = true;
-        /// Whether the mesh is enlarged to the bounds its features had before (thesis section 6.5.2).
+        /// Whether the mesh is enlarged to the bounds that its reference points had before (thesis
+        /// section 6.5.2).
         enlarge: bool = true;
-        /// Manual enlargement along x, about the middle of the mesh.
+        /// Manual scale factor along x, about the middle of the mesh (thesis section 6.5.2).
         enlarge_x: f64 = 1.0, range 0.1..=10.0;
-        /// Manual enlargement along y.
+        /// Manual scale factor along y.
         enlarge_y: f64 = 1.0, range 0.1..=10.0;
-        /// Manual enlargement along z.
+        /// Manual scale factor along z.
         enlarge_z: f64 = 1.0, range 0.1..=10.0;
     }
 }
@@ -50,36 +52,38 @@ crate::settings! {
 /// A smoothed mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
-    /// The mesh.
+    /// The mesh, in the frame and units given.
     pub mesh: Mesh,
     /// Steps taken.
     pub steps: usize,
-    /// Mean movement of a vertex in each step.
+    /// Mean movement of a vertex in each step, units of the mesh.
     pub movement: Vec<f64>,
-    /// Enlargement against shrinkage along x, y and z, before the manual one.
+    /// Scale factors along x, y and z that compensated the shrinkage, without the manual ones.
     pub enlarged: Vec3,
 }
 
-/// Smoothing that cannot be done.
+/// Input that cannot be smoothed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SmoothError {
     /// A mesh that cannot be used.
-    #[error("the mesh cannot be smoothed: {0}")]
+    #[error("the mesh cannot be used: {0}")]
     Mesh(#[from] MeshError),
-    /// A reference that is not a number.
-    #[error("reference point {index} has a coordinate that is not a finite number")]
+    /// A reference point that is not finite.
+    #[error(
+        "reference point {index} has a coordinate that is not a finite number; remove the point"
+    )]
     NotFinite {
         /// Its index.
         index: usize,
     },
-    /// A mu that does not counteract lambda.
+    /// A mu that does not compensate lambda.
     #[error(
-        "smooth.mu is {mu}, but Taubin's second step must be below -lambda = {limit}; try {example:.3}"
+        "smooth.mu is {mu}, but must be below -smooth.lambda = {limit}; set it to {example:.3}"
     )]
     Mu {
         /// Given.
         mu: f64,
-        /// What it must stay below.
+        /// Its upper limit, -lambda.
         limit: f64,
         /// A value that works.
         example: f64,
@@ -94,11 +98,35 @@ pub enum SmoothError {
 
 crate::stage_error!(SmoothError, "smooth");
 
-/// Smooths a mesh and enlarges it against the shrinkage. `reference` holds points of the face (its
-/// features, or all registered points) whose bounds are to be kept; when empty, those of the mesh.
+/// Values of mu that compensate lambda well are this multiple of -lambda (Taubin 1995: slightly
+/// larger in magnitude).
+const MU_PER_LAMBDA: f64 = 1.06;
+
+/// Smooths a mesh and enlarges it to compensate the shrinkage. `reference` holds points of the face
+/// in the frame of the mesh (for example all registered points): the bounds of the vertices nearest
+/// to them are restored. When empty, the bounds of all vertices are.
+///
+/// ```
+/// use facerecon_core::data::Mesh;
+/// use facerecon_core::math::Vec3;
+/// use facerecon_core::stages::smooth::{SmoothMethod, SmoothParams, smooth};
+///
+/// // a cone of height 1
+/// let mesh = Mesh {
+///     vertices: vec![Vec3::z(), Vec3::x(), Vec3::y(), -Vec3::x(), -Vec3::y()],
+///     faces: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+///     ..Mesh::default()
+/// };
+/// let method = SmoothMethod::Laplacian;
+/// let params = SmoothParams { method, steps: 1, enlarge: false, ..SmoothParams::default() };
+/// let smoothed = smooth(&mesh, &[], &params, &())?;
+/// assert_eq!(smoothed.mesh.vertices[0], Vec3::new(0.0, 0.0, 0.5));
+/// # Ok::<(), facerecon_core::stages::smooth::SmoothError>(())
+/// ```
 ///
 /// # Errors
-/// [`SmoothError`] when the mesh or the parameters cannot be used.
+/// [`SmoothError`] for a mesh, reference points or parameters that cannot be used, and for a
+/// cancelled run.
 pub fn smooth(
     mesh: &Mesh,
     reference: &[Vec3],
@@ -118,7 +146,7 @@ pub fn smooth(
         }
         SmoothMethod::Taubin => {
             let (mu, limit) = (params.mu, -params.lambda);
-            return Err(SmoothError::Mu { mu, limit, example: 1.06 * limit });
+            return Err(SmoothError::Mu { mu, limit, example: MU_PER_LAMBDA * limit });
         }
     };
     let (vertices, enlarged) = if params.enlarge && params.method != SmoothMethod::None {

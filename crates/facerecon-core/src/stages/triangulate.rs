@@ -1,4 +1,4 @@
-//! Triangulate: matches to points in space (thesis section 2.4), and grey depth maps (Fig. 2.5).
+//! Triangulate: points in space from matches (thesis section 2.4), and grey depth maps (Fig. 2.5).
 
 mod depth_map;
 mod model_units;
@@ -7,7 +7,9 @@ mod model_units;
 mod tests;
 
 pub use depth_map::depth_maps;
-pub use model_units::{ModelUnits, model_units};
+pub(crate) use model_units::ModelUnits;
+
+use model_units::model_units;
 
 use crate::camera::RectifiedRig;
 use crate::data::{Cloud, CloudFrame, Match, Mesh};
@@ -17,13 +19,13 @@ use crate::settings::{SettingsError, Value};
 use crate::{choices, settings};
 
 choices! {
-    /// How depth follows from disparity.
+    /// How depth is computed from disparity.
     pub enum TriangulateMethod {
-        /// By the rig where it is known or was estimated, else relative to the generic face.
+        /// From the rig where it is calibrated or estimated, else relative to the template.
         Auto = "auto",
-        /// By baseline and focal length (Eq. 2.2): millimetres, camera frame.
+        /// From baseline and focal length (Eq. 2.2): millimetres, camera frame.
         Metric = "metric",
-        /// Relative to the generic face's depth and height (Eq. 2.3 to 2.6): its units, its frame.
+        /// Relative to depth and height of the template (Eq. 2.3 to 2.6): its units, its frame.
         Thesis = "thesis",
     }
 }
@@ -31,7 +33,7 @@ choices! {
 settings! {
     /// Points in space from matches.
     pub struct TriangulateParams {
-        /// How depth follows from disparity.
+        /// How depth is computed from disparity.
         method: TriangulateMethod = TriangulateMethod::Auto;
     }
 }
@@ -40,7 +42,9 @@ settings! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TriangulateError {
     /// Too few matches.
-    #[error("{got} matches, at least {needed} are needed")]
+    #[error(
+        "{got} matches found (at least {needed} expected); `facerecon check` measures the photographs"
+    )]
     TooFewMatches {
         /// Matches found.
         got: usize,
@@ -49,39 +53,41 @@ pub enum TriangulateError {
     },
     /// `metric` without a rig.
     #[error(
-        "triangulate.method = \"metric\" needs the cameras; add [rig] to capture.toml, or take \"thesis\""
+        "triangulate.method = \"metric\" needs calibrated cameras, but the capture has no calibration in use; add [rig] to capture.toml, or set the method to \"auto\" or \"thesis\""
     )]
     NoRig,
     /// A match at or behind infinity.
     #[error(
-        "match {index} has a disparity of {disparity_px:.2} px, at or beyond infinity for this rig; left and right may be swapped, or the calibration is another rig's"
+        "match {index} has a disparity of {disparity_px:.2} px, at or beyond infinity for this rig; check that left and right are not swapped, and that the calibration belongs to these photos"
     )]
     Behind {
-        /// Number of the match.
+        /// Index of the match.
         index: usize,
-        /// Its disparity.
+        /// Its disparity, rectified pixels.
         disparity_px: f64,
     },
     /// Matches that span no height or width.
     #[error(
-        "the matches span {width_px:.1} x {height_px:.1} px; a face cannot be scaled from that"
+        "the matches span {width_px:.1} x {height_px:.1} px (more than 1 px in both directions expected), so the scale is not determined; check that they cover the face"
     )]
     Flat {
-        /// Extent across.
+        /// Extent across, pixels.
         width_px: f64,
-        /// Extent down.
+        /// Extent down, pixels.
         height_px: f64,
     },
-    /// A generic face without extent.
-    #[error("the generic face spans {height} units in height; it cannot set the scale")]
+    /// A template without extent.
+    #[error(
+        "the template has a height of {height} units (a positive finite one expected), so it does not determine the scale; use another template"
+    )]
     Template {
         /// Height found.
         height: f64,
     },
-    /// A coordinate that is not a number.
-    #[error("match {index} has a position that is not a finite number")]
+    /// A coordinate that is not finite.
+    #[error("match {index} has a position that is not a finite number; remove the match")]
     NotFinite {
-        /// Number of the match.
+        /// Index of the match.
         index: usize,
     },
     /// A parameter out of its range.
@@ -99,18 +105,51 @@ crate::stage_error!(TriangulateError, "triangulate");
 pub struct Triangulated {
     /// One point a match, in their order.
     pub cloud: Cloud,
-    /// Where they lie.
+    /// Their frame and unit.
     pub frame: CloudFrame,
 }
 
-/// Fewer points than this determine nothing.
-const LEAST_MATCHES: usize = 3;
+/// Three points determine a similarity transform, which registration needs.
+const MIN_MATCHES: usize = 3;
 
-/// Turns matches into points: by the rig when it is known (Eq. 2.2), else relative to the generic
-/// face `template` (Eq. 2.3 to 2.6).
+/// Computes one point for each match (rectified pixels): in the left camera frame from the rig
+/// where it is known (Eq. 2.2), else in the frame of the template (Eq. 2.3 to 2.6). Standard
+/// deviations along the line of sight follow from those of the disparities.
+///
+/// ```
+/// use facerecon_core::camera::RectifiedRig;
+/// use facerecon_core::data::{Match, Mesh};
+/// use facerecon_core::math::{Mat3, Vec2, Vec3};
+/// use facerecon_core::stages::triangulate::{TriangulateParams, triangulate};
+///
+/// let rig = RectifiedRig {
+///     focal_px: 2500.0,
+///     baseline_mm: 140.0,
+///     principal_left: Vec2::new(300.0, 280.0),
+///     principal_right: Vec2::new(420.0, 280.0),
+///     camera_from_rectified: Mat3::identity(),
+///     metric: true,
+/// };
+/// let points = [
+///     Vec3::new(0.0, 0.0, 1200.0),
+///     Vec3::new(50.0, 0.0, 1250.0),
+///     Vec3::new(0.0, 60.0, 1300.0),
+/// ];
+/// let matches: Vec<Match> = points
+///     .iter()
+///     .filter_map(|p| rig.pixels(p))
+///     .map(|(left, right)| Match { left, right, lattice: None, sigma_px: 0.1, score: 1.0 })
+///     .collect();
+/// let params = TriangulateParams::default();
+/// let found = triangulate(&matches, Some(&rig), &Mesh::default(), &params, &())?;
+/// assert!(found.frame.is_metric());
+/// assert!((found.cloud.points[1] - points[1]).norm() < 1e-9);
+/// # Ok::<(), facerecon_core::stages::triangulate::TriangulateError>(())
+/// ```
 ///
 /// # Errors
-/// [`TriangulateError`] for too few matches, matches beyond infinity, or a flat template.
+/// [`TriangulateError`] for too few matches, matches that are not finite or beyond infinity, a
+/// scale that is not determined, a missing calibration, and a cancelled run.
 pub fn triangulate(
     matches: &[Match],
     rig: Option<&RectifiedRig>,
@@ -119,8 +158,8 @@ pub fn triangulate(
     observer: &dyn Observer,
 ) -> Result<Triangulated, TriangulateError> {
     params.check("triangulate", None)?;
-    if matches.len() < LEAST_MATCHES {
-        return Err(TriangulateError::TooFewMatches { got: matches.len(), needed: LEAST_MATCHES });
+    if matches.len() < MIN_MATCHES {
+        return Err(TriangulateError::TooFewMatches { got: matches.len(), needed: MIN_MATCHES });
     }
     let finite = |m: &Match| m.left.iter().chain(m.right.iter()).all(|v| v.is_finite());
     if let Some(index) = matches.iter().position(|m| !finite(m)) {
@@ -133,8 +172,8 @@ pub fn triangulate(
         TriangulateMethod::Thesis => None,
     };
     let (cloud, frame) = match rig {
-        Some(rig) if rig.metric => (by_rig(matches, rig)?, CloudFrame::Metric),
-        Some(rig) => (by_rig(matches, rig)?, CloudFrame::Camera),
+        Some(rig) if rig.metric => (from_rig(matches, rig)?, CloudFrame::Metric),
+        Some(rig) => (from_rig(matches, rig)?, CloudFrame::Camera),
         None => (model_units(matches, template)?, CloudFrame::Model),
     };
     observer.event(&Event::Count { stage: "triangulate", what: "points", count: cloud.len() });
@@ -142,13 +181,12 @@ pub fn triangulate(
     Ok(Triangulated { cloud, frame })
 }
 
-/// Eq. 2.2, with X and Y by the same similar triangles instead of Eq. 2.4 to 2.6, which are for an
-/// unknown rig.
-fn by_rig(matches: &[Match], rig: &RectifiedRig) -> Result<Cloud, TriangulateError> {
+/// Eq. 2.2, with X and Y from the same similar triangles: Eq. 2.4 to 2.6 are for an unknown rig.
+fn from_rig(matches: &[Match], rig: &RectifiedRig) -> Result<Cloud, TriangulateError> {
     let mut cloud = Cloud::default();
     for (index, m) in matches.iter().enumerate() {
         let disparity_px = m.disparity();
-        // Eq. 2.2: Z = b f / (x2 - x1), x taken from the principal points
+        // Eq. 2.2: Z = b f / (x2 - x1), with x relative to the principal points
         let (Some(point), Some(z)) = (rig.point(m.left, disparity_px), rig.depth_mm(disparity_px))
         else {
             return Err(TriangulateError::Behind { index, disparity_px });

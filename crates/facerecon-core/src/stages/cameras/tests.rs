@@ -1,8 +1,9 @@
 use super::*;
 use nalgebra::Rotation3;
 
-/// Matches of a bent surface under a lattice from a projector below the cameras, tilted upward by
-/// `tilt`, for cameras of a focal length, apart by `baseline`, with principal points shifted apart.
+/// Matches of a curved surface under a lattice from a projector below the cameras, tilted upward by
+/// `tilt` radians, for cameras with a focal length, `baseline` apart, with principal points shifted
+/// apart.
 fn matches(focal: f64, baseline: f64, shift: f64, tilt: f64) -> Vec<Match> {
     let middle = Vec2::new(383.5, 287.5);
     let projector = Vec3::new(0.0, 1250.0 * tilt.tan(), 0.0);
@@ -12,7 +13,7 @@ fn matches(focal: f64, baseline: f64, shift: f64, tilt: f64) -> Vec<Match> {
         for column in -18..=18 {
             let ray = Vec3::new(f64::from(column) * 0.0036, f64::from(row) * 0.0036, 1.0);
             let ray = to_camera * ray;
-            // the surface z(x, y) met by fixed-point steps along the ray
+            // intersection with the surface z(x, y) by fixed-point steps along the ray
             let mut point = projector + ray * (1250.0 / ray.z);
             for _ in 0..40 {
                 let r = (point.x / 75.0).powi(2) + (point.y / 95.0).powi(2);
@@ -20,12 +21,12 @@ fn matches(focal: f64, baseline: f64, shift: f64, tilt: f64) -> Vec<Match> {
                 let z = 1200.0 + 45.0 * r - nose;
                 point = projector + ray * ((z - projector.z) / ray.z);
             }
-            let see = |x: f64, c: f64| {
+            let pixel = |x: f64, c: f64| {
                 Vec2::new((point.x - x) * focal / point.z + c, point.y * focal / point.z + middle.y)
             };
             out.push(Match {
-                left: see(-baseline / 2.0, middle.x + shift / 2.0),
-                right: see(baseline / 2.0, middle.x - shift / 2.0),
+                left: pixel(-baseline / 2.0, middle.x + shift / 2.0),
+                right: pixel(baseline / 2.0, middle.x - shift / 2.0),
                 lattice: Some([column, row]),
                 sigma_px: 0.0,
                 score: 1.0,
@@ -39,8 +40,8 @@ fn estimate(matches: &[Match]) -> Result<EstimatedCameras, CamerasError> {
     estimate_cameras(matches, (768, 576), &CamerasParams::default(), &())
 }
 
-/// Depth against width of an estimate over the truth, less 1; `truth` is made of a focal length, a
-/// baseline and a shift.
+/// Depth against width of an estimate relative to the truth, minus 1; `truth` is focal length,
+/// baseline and shift.
 fn stretch(found: &EstimatedCameras, seen: &[Match], truth: [f64; 3]) -> f64 {
     let disparity = median(&seen.iter().map(Match::disparity).collect::<Vec<_>>()).unwrap();
     let [focal, baseline, shift] = truth;
@@ -49,7 +50,7 @@ fn stretch(found: &EstimatedCameras, seen: &[Match], truth: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn the_lattice_tells_depth_against_width() {
+fn the_lattice_determines_depth_against_width() {
     for truth in [
         [2300.0, 150.0, 0.0],
         [1600.0, 110.0, 0.0],
@@ -62,13 +63,13 @@ fn the_lattice_tells_depth_against_width() {
         let off = stretch(&found, &seen, truth);
         assert!(off.abs() < found.depth_error, "{truth:?}: {off:+.3}, {found:?}");
         assert!(found.depth_error < 0.2 && !found.rig.metric);
-        // the usual lens leaves next to no doubt
+        // with the usual lens the estimate is nearly exact
         assert!((focal - 2300.0).abs() > 1.0 || off.abs() < 0.02, "{truth:?}: {off:+.3}");
     }
 }
 
 #[test]
-fn wrong_labels_and_noise_do_little_harm() {
+fn wrong_labels_and_noise_change_little() {
     let mut seen = matches(2500.0, 150.0, 0.0, 0.1);
     for (i, m) in seen.iter_mut().enumerate() {
         let wave = |k: f64| 0.08 * (i as f64 * k).sin();
@@ -86,22 +87,37 @@ fn wrong_labels_and_noise_do_little_harm() {
 }
 
 #[test]
-fn what_says_too_little_is_refused() {
+fn matches_that_do_not_determine_the_cameras_are_refused() {
     let seen = matches(2500.0, 150.0, 0.0, 0.1);
     let bare: Vec<Match> = seen.iter().map(|m| Match { lattice: None, ..*m }).collect();
     assert_eq!(
         estimate(&bare).unwrap_err(),
-        CamerasError::TooFewLabels { got: 0, needed: LEAST_LABELS }
+        CamerasError::TooFewLabels { got: 0, needed: MIN_LABELS }
     );
     // a projector between the cameras, or nearly so
     assert!(estimate(&matches(2500.0, 150.0, 0.0, 0.0)).is_err());
     let level = matches(2500.0, 150.0, 0.0, 0.02);
     assert!(matches!(estimate(&level).unwrap_err(), CamerasError::Uncertain { .. }));
-    // all dots at one place
+    // all dots at one position
     let one: Vec<Match> =
         seen.iter().map(|m| Match { left: seen[0].left, right: seen[0].right, ..*m }).collect();
     assert!(estimate(&one).is_err());
     let mut broken = seen;
     broken[3].left.x = f64::NAN;
     assert!(estimate(&broken).is_err());
+}
+
+#[test]
+fn parameters_are_validated_and_cancelling_is_obeyed() {
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let params = CamerasParams { focal_widths: 0.0, ..CamerasParams::default() };
+    let error = estimate_cameras(&[], (768, 576), &params, &()).unwrap_err();
+    assert!(error.to_string().contains("cameras.focal_widths"), "{error}");
+    let error = estimate_cameras(&[], (768, 576), &CamerasParams::default(), &Stop).unwrap_err();
+    assert_eq!(error, CamerasError::Cancelled(Cancelled));
 }

@@ -6,7 +6,7 @@ fn picture(rows: &[&str]) -> Gray {
     })
 }
 
-fn places(thinned: &Thinned) -> Vec<(f64, f64)> {
+fn positions(thinned: &Thinned) -> Vec<(f64, f64)> {
     thinned.dots.iter().map(|d| (d.position.x, d.position.y)).collect()
 }
 
@@ -18,19 +18,19 @@ fn loose() -> DetectParams {
 fn a_square_dot_becomes_its_middle_pixel() {
     let image = picture(&["......", ".###..", ".###..", ".###..", "......"]);
     let thinned = thin(&image, &loose());
-    assert_eq!(places(&thinned), [(2.0, 2.0)]);
+    assert_eq!(positions(&thinned), [(2.0, 2.0)]);
     assert_eq!(thinned.image.data().iter().filter(|v| **v > 0.0).count(), 1);
     assert_eq!(thinned.image.at(2, 2), 255.0);
 }
 
 #[test]
-fn windows_alone_cut_a_round_dot_and_merging_heals_it() {
-    // the first pixel found lies right of the dot's left end
+fn windows_alone_split_a_round_dot_and_merging_does_not() {
+    // the first pixel found is to the right of the dot's left end
     let image = picture(&[".......", "...##..", "..####.", "..####.", "...##..", "......."]);
     let literal = DetectParams { merge: false, ..loose() };
     // window 1 from (3, 1) takes all but column 2, which window 2 from (2, 2) takes
-    assert_eq!(places(&thin(&image, &literal)), [(2.0, 3.0), (4.0, 3.0)]);
-    assert_eq!(places(&thin(&image, &DetectParams { round: false, ..loose() })), [(3.5, 2.5)]);
+    assert_eq!(positions(&thin(&image, &literal)), [(2.0, 3.0), (4.0, 3.0)]);
+    assert_eq!(positions(&thin(&image, &DetectParams { round: false, ..loose() })), [(3.5, 2.5)]);
 }
 
 #[test]
@@ -45,14 +45,14 @@ fn a_dot_larger_than_the_window_stays_one() {
             },
         );
     let params = DetectParams { round: false, ..loose() };
-    assert_eq!(places(&thin(&image, &params)), [(cx, cy)]);
-    // the thesis's windows alone make several of it
+    assert_eq!(positions(&thin(&image, &params)), [(cx, cy)]);
+    // the windows of the thesis alone give several dots
     let literal = DetectParams { merge: false, ..loose() };
     assert!(thin(&image, &literal).dots.len() > 4);
 }
 
 #[test]
-fn dots_a_pixel_apart_stay_two_and_specks_and_shine_go() {
+fn dots_a_pixel_apart_stay_two_and_specks_and_reflections_are_dropped() {
     let mut image = Gray::filled(200, 60, 0.0);
     let mut square = |x0: usize, y0: usize, side: usize| {
         for y in y0..y0 + side {
@@ -65,14 +65,14 @@ fn dots_a_pixel_apart_stay_two_and_specks_and_shine_go() {
         square(3 + 4 * i, 5, 3); // one black column between
     }
     square(10, 30, 1); // a speck
-    square(60, 30, 20); // shine
+    square(60, 30, 20); // a reflection
     let thinned = thin(&image, &DetectParams::default());
     let expected: Vec<_> = (0..30).map(|i| (f64::from(4 + 4 * i), 6.0)).collect();
-    assert_eq!(places(&thinned), expected);
+    assert_eq!(positions(&thinned), expected);
 }
 
 #[test]
-fn the_spacing_of_a_lattice_with_holes_is_its_own() {
+fn the_spacing_of_a_lattice_with_holes_is_that_of_the_lattice() {
     let dots: Vec<Dot> = (0..20 * 15)
         .filter(|i| i % 7 != 3)
         .map(|i| Dot {

@@ -6,14 +6,17 @@ use crate::math::Vec2;
 
 /// The dots of a black and white photo.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Thinned {
-    /// In raster order.
+pub(super) struct Thinned {
+    /// Sorted by row, then column.
     pub dots: Vec<Dot>,
-    /// White at each dot's pixel, black elsewhere.
+    /// White at the pixel of each dot, black elsewhere.
     pub image: Gray,
 }
 
-/// White pixels gathered into one group.
+/// Grey levels above this are white.
+const WHITE: f32 = 127.0;
+
+/// White pixels of one dot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Group {
     sum: [usize; 2],
@@ -28,21 +31,20 @@ impl Group {
     }
 }
 
-/// Thins a black and white photo (white is above 127) as the thesis does: the photo is scanned from
-/// the upper left corner; a white pixel found is the upper left corner of a window; the white pixels
-/// in it are averaged to one, the others become black.
+/// Thins a black and white photo as in the thesis: in a raster scan, each white pixel found is the
+/// upper left corner of a window; the white pixels of the window are replaced by one at their mean.
 ///
-/// With `merge` the window follows the dot: all white pixels that touch (also over a corner) are one
-/// dot, however it lies against the scan, however large it is and however close the next one; dots of
-/// less than `min_area_px` pixels or of more than `max_area` medians are left out.
-pub fn thin(binary: &Gray, params: &DetectParams) -> Thinned {
+/// With `merge`, connected white pixels (8 neighbours) are one dot, whatever their shape and size and
+/// however close the next dot is. Dots with fewer than `min_area_px` pixels or more than `max_area`
+/// medians are left out.
+pub(super) fn thin(binary: &Gray, params: &DetectParams) -> Thinned {
     let (width, height) = binary.size();
     let groups =
-        if params.merge { touching(binary) } else { windows(binary, params.window_px.max(1)) };
+        if params.merge { components(binary) } else { windows(binary, params.window_px.max(1)) };
     let mut image = Gray::filled(width, height, 0.0);
-    let (least, most) = if params.merge { limits(&groups, params) } else { (1, usize::MAX) };
+    let (min, max) = if params.merge { limits(&groups, params) } else { (1, usize::MAX) };
     let mut dots = Vec::new();
-    for group in groups.iter().filter(|g| g.count >= least && g.count <= most) {
+    for group in groups.iter().filter(|g| g.count >= min && g.count <= max) {
         let mean = Vec2::new(group.sum[0] as f64, group.sum[1] as f64) / group.count as f64;
         let pixel = mean.map(f64::round);
         image.set(pixel.x as usize, pixel.y as usize, 255.0);
@@ -53,15 +55,15 @@ pub fn thin(binary: &Gray, params: &DetectParams) -> Thinned {
         let (a, b) = (a.position, b.position);
         a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))
     });
-    // two groups may round to one pixel: it is one dot
+    // two groups that round to the same pixel are one dot
     dots.dedup_by(|a, b| a.position == b.position);
     Thinned { dots, image }
 }
 
-/// The thesis's raster scan: each white pixel found takes the window to its right and below.
+/// The raster scan of the thesis: each white pixel found takes the window to its right and below.
 fn windows(binary: &Gray, window: usize) -> Vec<Group> {
     let (width, height) = binary.size();
-    let mut white = binary.map(|v| v > 127.0);
+    let mut white = binary.map(|v| v > WHITE);
     let mut groups = Vec::new();
     for y in 0..height {
         for x in 0..width {
@@ -83,10 +85,10 @@ fn windows(binary: &Gray, window: usize) -> Vec<Group> {
     groups
 }
 
-/// The same scan with a window that follows the white pixels as far as they touch.
-fn touching(binary: &Gray) -> Vec<Group> {
+/// The connected components of the white pixels, in the order of the same scan.
+fn components(binary: &Gray) -> Vec<Group> {
     let (width, height) = binary.size();
-    let mut white = binary.map(|v| v > 127.0);
+    let mut white = binary.map(|v| v > WHITE);
     let mut groups = Vec::new();
     let mut open = Vec::new();
     for y in 0..height {
@@ -114,11 +116,11 @@ fn touching(binary: &Gray) -> Vec<Group> {
     groups
 }
 
-/// Least and greatest number of pixels of a dot.
+/// Minimum and maximum number of pixels of a dot.
 fn limits(groups: &[Group], params: &DetectParams) -> (usize, usize) {
-    let least = params.min_area_px;
-    let mut areas: Vec<usize> = groups.iter().map(|g| g.count).filter(|c| *c >= least).collect();
+    let min = params.min_area_px;
+    let mut areas: Vec<usize> = groups.iter().map(|g| g.count).filter(|c| *c >= min).collect();
     areas.sort_unstable();
-    let median = areas.get(areas.len() / 2).copied().unwrap_or(least);
-    (least, (params.max_area * median as f64) as usize)
+    let median = areas.get(areas.len() / 2).copied().unwrap_or(min);
+    (min, (params.max_area * median as f64) as usize)
 }

@@ -1,15 +1,16 @@
-//! Histogram equalisation, whole or in tiles.
+//! Histogram equalisation, of the whole photo or of tiles.
 
 use crate::data::Gray;
 
+/// One bin for each 8 bit grey level.
 const BINS: usize = 256;
 
 fn bin(value: f32) -> usize {
     value.round().clamp(0.0, 255.0) as usize
 }
 
-/// Spreads the grey levels so that each share of the photo's pixels takes its share of 0..255.
-pub fn equalize_global(image: &Gray) -> Gray {
+/// Maps the grey levels so that equal numbers of pixels take equal parts of 0..255.
+pub(super) fn equalize_global(image: &Gray) -> Gray {
     let mut histogram = [0.0; BINS];
     for v in image.data() {
         histogram[bin(*v)] += 1.0;
@@ -18,10 +19,10 @@ pub fn equalize_global(image: &Gray) -> Gray {
     image.map(|v| map[bin(v)])
 }
 
-/// Contrast-limited adaptive equalisation (Zuiderveld 1994): `tiles` x `tiles` mappings, blended
-/// bilinearly between tile centres; no bin counts more than `clip_limit` times the mean bin, the
-/// excess is spread over all bins.
-pub fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gray {
+/// Contrast-limited adaptive equalisation (Zuiderveld 1994): `tiles` x `tiles` mappings, interpolated
+/// bilinearly between tile centres. Bins are limited to `clip_limit` times the mean bin; the excess is
+/// distributed over all bins.
+pub(super) fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gray {
     let (width, height) = image.size();
     if width == 0 || height == 0 {
         return image.clone();
@@ -42,7 +43,7 @@ pub fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gray {
             mapping(&histogram)
         })
         .collect();
-    // position of a pixel among the tile centres: the two tiles beside it and the blend
+    // position of a pixel between tile centres: the two nearest tiles and the weight of the second
     let beside = |p: usize, size: usize, tiles: usize| {
         let t =
             ((p as f64 + 0.5) * tiles as f64 / size as f64 - 0.5).clamp(0.0, tiles as f64 - 1.0);
@@ -60,6 +61,7 @@ pub fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gray {
     })
 }
 
+/// Limits the bins and distributes the excess.
 fn clip(histogram: &mut [f64; BINS], limit: f64) {
     let excess: f64 = histogram.iter().map(|n| (n - limit).max(0.0)).sum();
     for n in histogram.iter_mut() {
@@ -67,13 +69,14 @@ fn clip(histogram: &mut [f64; BINS], limit: f64) {
     }
 }
 
-/// Grey level to the middle of its share of 0..255: a flat photo keeps a middle grey.
+/// The mapping of each grey level to the middle of its part of 0..255: a uniform photo becomes a
+/// middle grey.
 fn mapping(histogram: &[f64; BINS]) -> [f32; BINS] {
     let total: f64 = histogram.iter().sum::<f64>().max(1e-12);
     let mut below = 0.0;
     histogram.map(|n| {
-        let share = (below + n / 2.0) / total;
+        let fraction = (below + n / 2.0) / total;
         below += n;
-        (255.0 * share) as f32
+        (255.0 * fraction) as f32
     })
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::observer::Event;
 
 fn gray(rows: &[&[f32]]) -> Gray {
     Gray::from_fn(rows[0].len(), rows.len(), |x, y| rows[y][x])
@@ -12,7 +13,7 @@ fn eq_2_1_sharpens_exactly() {
     assert_eq!(out.at(1, 1), 109.0);
     // the border repeats outward: five neighbours are 10, one is 30, two are 10 again
     assert_eq!(out.at(0, 0), 50.0 - 0.5 * (7.0 * 10.0 + 30.0));
-    // a flat photo stays, for the matrix sums to 1
+    // a uniform photo does not change, because the kernel sums to 1
     let flat = Gray::filled(5, 4, 77.0);
     assert_eq!(sharpen(&flat, &FilterParams::default().kernel).unwrap(), flat);
     // values are clipped
@@ -25,7 +26,7 @@ fn eq_2_1_sharpens_exactly() {
 fn an_uneven_kernel_is_convolved_not_correlated() {
     let image = gray(&[&[0.0, 0.0, 0.0], &[0.0, 8.0, 0.0], &[0.0, 0.0, 0.0]]);
     let mut kernel = vec![0.0; 9];
-    kernel[5] = 1.0; // right of the middle: moves the picture right
+    kernel[5] = 1.0; // right of the middle: shifts the picture right
     let out = sharpen(&image, &kernel).unwrap();
     assert_eq!((out.at(2, 1), out.at(0, 1)), (8.0, 0.0));
     // a 5x5 kernel reaches two pixels
@@ -36,7 +37,7 @@ fn an_uneven_kernel_is_convolved_not_correlated() {
 }
 
 #[test]
-fn kernels_and_photos_that_cannot_be_used_are_refused() {
+fn invalid_kernels_and_photos_are_refused() {
     let image = Gray::filled(4, 4, 1.0);
     for got in [0, 2, 4, 8, 16] {
         assert_eq!(sharpen(&image, &vec![0.1; got]), Err(FilterError::Kernel { got }));
@@ -52,22 +53,22 @@ fn kernels_and_photos_that_cannot_be_used_are_refused() {
 }
 
 #[test]
-fn a_kernel_that_does_not_sum_to_one_is_warned_of() {
-    struct Heard(std::cell::RefCell<Vec<String>>);
-    impl Observer for Heard {
+fn a_kernel_that_does_not_sum_to_one_gives_a_warning() {
+    struct Warnings(std::cell::RefCell<Vec<String>>);
+    impl Observer for Warnings {
         fn event(&self, event: &Event<'_>) {
             if let Event::Warning { message, .. } = event {
                 self.0.borrow_mut().push((*message).to_owned());
             }
         }
     }
-    let heard = Heard(std::cell::RefCell::default());
+    let warnings = Warnings(std::cell::RefCell::default());
     let params = FilterParams { kernel: vec![1.5], ..FilterParams::default() };
-    filter(&Gray::filled(4, 4, 10.0), &params, &heard).unwrap();
-    assert!(heard.0.borrow()[0].contains("1.500"), "{:?}", heard.0.borrow());
-    let heard = Heard(std::cell::RefCell::default());
-    filter(&Gray::filled(4, 4, 10.0), &FilterParams::default(), &heard).unwrap();
-    assert!(heard.0.borrow().is_empty());
+    filter(&Gray::filled(4, 4, 10.0), &params, &warnings).unwrap();
+    assert!(warnings.0.borrow()[0].contains("1.500"), "{:?}", warnings.0.borrow());
+    let warnings = Warnings(std::cell::RefCell::default());
+    filter(&Gray::filled(4, 4, 10.0), &FilterParams::default(), &warnings).unwrap();
+    assert!(warnings.0.borrow().is_empty());
 }
 
 #[test]
@@ -77,7 +78,7 @@ fn fixed_thresholds_are_strict() {
 }
 
 #[test]
-fn otsu_parts_two_heaps_in_their_middle() {
+fn otsu_separates_two_peaks_in_their_middle() {
     let image = Gray::from_fn(20, 20, |x, _| if x < 15 { 40.0 } else { 200.0 });
     let level = otsu_level(&image);
     assert!((level - 120.0).abs() <= 1.0, "{level}");
@@ -85,7 +86,7 @@ fn otsu_parts_two_heaps_in_their_middle() {
 }
 
 #[test]
-fn the_local_threshold_is_the_plain_sum_over_its_window() {
+fn the_local_threshold_equals_a_direct_sum_over_its_window() {
     let image = Gray::from_fn(23, 17, |x, y| ((x * 37 + y * 91 + x * y) % 256) as f32);
     let (window, deviations, contrast) = (7, 0.5, 12.0);
     let fast = threshold_local(&image, window, deviations, contrast);
@@ -109,7 +110,7 @@ fn the_local_threshold_is_the_plain_sum_over_its_window() {
 
 #[test]
 fn dots_in_light_and_shadow_are_found_by_the_local_threshold_only() {
-    // dots of the same contrast on a ramp: no one level parts them all
+    // dots of the same contrast on a ramp: no single level separates them all
     let image = Gray::from_fn(120, 60, |x, y| {
         let dot = (x % 10 < 3) && (y % 10 < 3);
         let light = 10.0 + x as f32 * 1.2;
@@ -138,7 +139,7 @@ fn global_equalisation_flattens_the_histogram() {
     let (low, high) =
         out.data().iter().fold((255.0_f32, 0.0_f32), |(l, h), v| (l.min(*v), h.max(*v)));
     assert!(low < 10.0 && high > 245.0, "{low} {high}");
-    // each level's middle share of the pixels, to the bin
+    // the middle of the level's part of all pixels
     let below = image.data().iter().filter(|v| **v < 108.0).count() as f32;
     let at = image.data().iter().filter(|v| **v == 108.0).count() as f32;
     let expected = 255.0 * (below + at / 2.0) / 4096.0;
@@ -147,7 +148,7 @@ fn global_equalisation_flattens_the_histogram() {
 }
 
 #[test]
-fn clahe_with_one_tile_and_no_limit_is_global_and_tiles_see_their_own_light() {
+fn clahe_with_one_tile_and_no_limit_is_global_and_tiles_adapt_to_their_brightness() {
     let image =
         Gray::from_fn(64, 48, |x, y| ((x * 3 + y * 5) % 90 + if x < 32 { 10 } else { 120 }) as f32);
     let whole = equalize_clahe(&image, 1, 1000.0);
@@ -166,7 +167,7 @@ fn clahe_with_one_tile_and_no_limit_is_global_and_tiles_see_their_own_light() {
 }
 
 #[test]
-fn the_blur_keeps_a_plane_and_the_sum() {
+fn the_blur_preserves_a_plane_and_the_sum() {
     let plane = Gray::from_fn(31, 31, |x, y| 2.0 * x as f32 + 3.0 * y as f32);
     let out = blur(&plane, 1.3);
     assert!((out.at(15, 15) - plane.at(15, 15)).abs() < 1e-3);

@@ -1,15 +1,15 @@
-//! Thresholding (thesis section 2.2.2) and its alternatives. White is 255, black 0.
+//! Thresholding: fixed (thesis section 2.2.2), Otsu's and local. White is 255, black 0.
 
 use crate::data::Gray;
 
 /// White where the value is larger than `level`.
-pub fn threshold_fixed(image: &Gray, level: f64) -> Gray {
+pub(super) fn threshold_fixed(image: &Gray, level: f64) -> Gray {
     image.map(|v| if f64::from(v) > level { 255.0 } else { 0.0 })
 }
 
-/// The level that parts the histogram into two classes of greatest variance between them
-/// (Otsu 1979); of equal ones the middle.
-pub fn otsu_level(image: &Gray) -> f64 {
+/// The level that separates the histogram into two classes with the greatest variance between them
+/// (Otsu 1979); the middle of equal ones.
+pub(super) fn otsu_level(image: &Gray) -> f64 {
     let mut histogram = [0_u64; 256];
     for v in image.data() {
         histogram[v.round().clamp(0.0, 255.0) as usize] += 1;
@@ -37,9 +37,14 @@ pub fn otsu_level(image: &Gray) -> f64 {
 }
 
 /// White where the value exceeds the mean of the `window_px` square around it by more than
-/// `deviations` standard deviations of that square and by more than `contrast`. At the border the
-/// part of the square inside the photo counts.
-pub fn threshold_local(image: &Gray, window_px: usize, deviations: f64, contrast: f64) -> Gray {
+/// `deviations` standard deviations of that square and by more than `contrast`. At the border only
+/// the part of the square inside the photo counts.
+pub(super) fn threshold_local(
+    image: &Gray,
+    window_px: usize,
+    deviations: f64,
+    contrast: f64,
+) -> Gray {
     let (width, height) = image.size();
     let half = window_px / 2;
     let sums = Sums::new(image);
@@ -55,7 +60,7 @@ pub fn threshold_local(image: &Gray, window_px: usize, deviations: f64, contrast
     })
 }
 
-/// Sums of values and squares over rectangles from a corner.
+/// Summed-area tables of values and squares.
 struct Sums {
     stride: usize,
     table: Vec<(f64, f64)>,
@@ -78,6 +83,7 @@ impl Sums {
         Self { stride, table }
     }
 
+    /// Sums over the pixels `x0 <= x < x1`, `y0 <= y < y1`.
     fn over(&self, x0: usize, y0: usize, x1: usize, y1: usize) -> (f64, f64) {
         let at = |x: usize, y: usize| self.table[y * self.stride + x];
         let (a, b, c, d) = (at(x1, y1), at(x0, y1), at(x1, y0), at(x0, y0));

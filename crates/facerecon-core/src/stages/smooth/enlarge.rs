@@ -1,15 +1,22 @@
-//! Enlarging a smoothed mesh against its shrinkage (thesis section 6.5.2).
+//! Enlarging a smoothed mesh to compensate its shrinkage (thesis section 6.5.2).
 
 use crate::math::{Vec3, percentile};
 use crate::spatial::PointIndex;
 
-/// Share of the features left out at either end: a spike at the rim that smoothing rightly took
-/// away is not shrinkage.
-const RIM: f64 = 0.02;
+/// Fraction of the vertices left out at either end of an axis: an outlier at the border that
+/// smoothing has removed is not shrinkage. Set by hand.
+const TRIMMED: f64 = 0.02;
+/// Relative extent below which an axis has no scale to restore.
+const MIN_EXTENT: f64 = 1e-9;
 
-/// Scales and shifts each axis so that the vertices at the reference points regain the bounds they
-/// had before; gives the factors. Without reference points all vertices count.
-pub fn restore_bounds(before: &[Vec3], after: Vec<Vec3>, reference: &[Vec3]) -> (Vec<Vec3>, Vec3) {
+/// Scales and shifts each axis so that the vertices nearest to the reference points have the bounds
+/// they had before; returns the vertices and the factors. Without reference points all vertices
+/// count.
+pub(super) fn restore_bounds(
+    before: &[Vec3],
+    after: Vec<Vec3>,
+    reference: &[Vec3],
+) -> (Vec<Vec3>, Vec3) {
     let mut chosen: Vec<usize> = match PointIndex::<3>::new(before) {
         Some(index) if !reference.is_empty() => reference
             .iter()
@@ -27,8 +34,7 @@ pub fn restore_bounds(before: &[Vec3], after: Vec<Vec3>, reference: &[Vec3]) -> 
             continue;
         };
         let (extent, new_extent) = (high - low, new_high - new_low);
-        // an axis without extent has no scale to restore
-        if new_extent > 1e-9 * extent.abs() && extent > 0.0 {
+        if new_extent > MIN_EXTENT * extent.abs() && extent > 0.0 {
             factor[axis] = extent / new_extent;
             shift[axis] = low - new_low * factor[axis];
         }
@@ -38,11 +44,11 @@ pub fn restore_bounds(before: &[Vec3], after: Vec<Vec3>, reference: &[Vec3]) -> 
 
 fn bounds(vertices: &[Vec3], chosen: &[usize], axis: usize) -> Option<(f64, f64)> {
     let values: Vec<f64> = chosen.iter().map(|&i| vertices[i][axis]).collect();
-    Some((percentile(&values, RIM)?, percentile(&values, 1.0 - RIM)?))
+    Some((percentile(&values, TRIMMED)?, percentile(&values, 1.0 - TRIMMED)?))
 }
 
 /// Scales about the middle of the mesh.
-pub fn by_factors(vertices: Vec<Vec3>, factors: Vec3) -> Vec<Vec3> {
+pub(super) fn by_factors(vertices: Vec<Vec3>, factors: Vec3) -> Vec<Vec3> {
     if factors == Vec3::repeat(1.0) || vertices.is_empty() {
         return vertices;
     }

@@ -7,9 +7,9 @@ use crate::data::{Mesh, Topology};
 use crate::math::Vec3;
 use crate::observer::{Event, Observer};
 
-/// Steps with factor lambda, each followed by one with `mu` when given; the vertices and the mean
-/// movement in each step.
-pub fn smooth(
+/// Steps with factor lambda, each followed by one with `mu` when given. Returns the vertices and
+/// the mean movement of a vertex in each step.
+pub(super) fn smooth(
     mesh: &Mesh,
     params: &SmoothParams,
     mu: Option<f64>,
@@ -37,6 +37,7 @@ pub fn smooth(
     Ok((vertices, movement))
 }
 
+/// One step: each free vertex moves toward the mean of its neighbours.
 fn apply(
     vertices: &[Vec3],
     topology: &Topology,

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A cone: one inner vertex of height 1 over a hexagon.
+/// A cone: a vertex of height 1 above a hexagon.
 fn cone() -> Mesh {
     let mut vertices = vec![Vec3::z()];
     for i in 0..6 {
@@ -11,7 +11,7 @@ fn cone() -> Mesh {
     Mesh { vertices, faces, ..Mesh::default() }
 }
 
-/// A closed ball of triangles with radius 10, its surface rough by `rough`.
+/// A closed sphere with radius 10 and a roughness of amplitude `rough`.
 fn ball(rough: f64) -> Mesh {
     let (rings, around) = (24u32, 36u32);
     let mut mesh = Mesh::default();
@@ -53,9 +53,9 @@ fn plain(method: SmoothMethod, steps: usize) -> SmoothParams {
 fn one_step_by_hand() {
     let mesh = cone();
     let out = smooth(&mesh, &[], &plain(SmoothMethod::Laplacian, 1), &()).unwrap();
-    // the mean of the neighbours is the origin: half way with lambda 0.5
+    // the mean of the neighbours is the origin: lambda 0.5 moves half the distance
     assert!((out.mesh.vertices[0] - Vec3::new(0.0, 0.0, 0.5)).norm() < 1e-12);
-    assert_eq!(out.mesh.vertices[1..], mesh.vertices[1..], "an open edge stays");
+    assert_eq!(out.mesh.vertices[1..], mesh.vertices[1..], "the border stays in place");
     assert!((out.movement[0] - 0.5 / 7.0).abs() < 1e-12);
 
     let params = SmoothParams { keep_border: false, ..plain(SmoothMethod::Laplacian, 1) };
@@ -71,7 +71,7 @@ fn one_step_by_hand() {
 }
 
 #[test]
-fn taubin_keeps_the_volume_that_laplacian_loses() {
+fn taubin_preserves_the_volume_that_laplacian_reduces() {
     let rough = ball(0.3);
     let whole = volume(&ball(0.0));
     let roughness = |m: &Mesh| {
@@ -92,7 +92,7 @@ fn taubin_keeps_the_volume_that_laplacian_loses() {
 }
 
 #[test]
-fn enlargement_restores_the_bounds_of_the_features() {
+fn enlargement_restores_the_bounds_of_the_reference_points() {
     let mesh = ball(0.0);
     let reference: Vec<Vec3> = mesh.vertices.iter().copied().step_by(3).collect();
     let shrunk = smooth(&mesh, &reference, &plain(SmoothMethod::Laplacian, 40), &()).unwrap();
@@ -120,7 +120,7 @@ fn manual_factors_scale_about_the_middle() {
 }
 
 #[test]
-fn the_threshold_ends_it_and_bad_input_is_refused() {
+fn the_threshold_ends_smoothing_and_invalid_input_is_refused() {
     let mesh = ball(0.3);
     let params = SmoothParams { threshold: 0.05, ..plain(SmoothMethod::Laplacian, 500) };
     let out = smooth(&mesh, &[], &params, &()).unwrap();

@@ -5,20 +5,26 @@ use crate::data::{Gray, Match};
 use crate::math::{Vec2, median, percentile};
 use crate::spatial::PointIndex;
 
-/// Grey of the furthest match; black is left for where nothing was measured.
+/// Grey level of the furthest match; black means that nothing was measured.
 const DARKEST: f64 = 40.0;
+/// Percentiles of the disparities that the grey levels span: a few wrong matches do not change them.
+const RANGE_PERCENTILES: [f64; 2] = [0.005, 0.995];
+/// Interpolation radius around a match in median spacings: closes a gap of one missing match.
+const RADIUS_SPACINGS: f64 = 1.5;
+/// Maximum spacing that sets the radius, pixels: bounds the time for few scattered matches.
+const MAX_SPACING_PX: f64 = 200.0;
 
-/// Depth maps `[left, right]` in the pixels of the original photos of `photo_size`: lighter is
-/// nearer, black is unknown. Between the matches the grey is interpolated (modified Shepard) as far
-/// as one and a half spacings from the next match.
+/// Depth maps `[left, right]` in pixels of the original photos of `photo_size` (width, height),
+/// grey levels 0 to 255: lighter is nearer, black is unknown. Around the matches (rectified pixels)
+/// the grey is interpolated (modified Shepard) up to one and a half spacings from the nearest one.
 pub fn depth_maps(
     matches: &[Match],
     rectification: &Rectification,
     photo_size: (usize, usize),
 ) -> [Gray; 2] {
     let disparities: Vec<f64> = matches.iter().map(Match::disparity).collect();
-    let low = percentile(&disparities, 0.005).unwrap_or(0.0);
-    let high = percentile(&disparities, 0.995).unwrap_or(0.0);
+    let low = percentile(&disparities, RANGE_PERCENTILES[0]).unwrap_or(0.0);
+    let high = percentile(&disparities, RANGE_PERCENTILES[1]).unwrap_or(0.0);
     let range = (high - low).max(1e-9);
     let greys: Vec<f64> = disparities
         .iter()
@@ -26,14 +32,15 @@ pub fn depth_maps(
         .collect();
     let left = matches.iter().map(|m| rectification.left.to_photo(m.left)).collect::<Vec<_>>();
     let right = matches.iter().map(|m| rectification.right.to_photo(m.right)).collect::<Vec<_>>();
-    let map = |places| spread(places, &greys, photo_size);
+    let map = |positions| interpolate(positions, &greys, photo_size);
     rayon::join(|| map(&left), || map(&right)).into()
 }
 
-fn spread(places: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gray {
+/// Modified Shepard interpolation of grey levels at scattered positions.
+fn interpolate(positions: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gray {
     let mut sums = vec![(0.0_f64, 0.0_f64); width * height];
-    let radius = 1.5 * spacing(places).unwrap_or(1.0).clamp(1.0, 200.0);
-    for (p, grey) in places.iter().zip(greys) {
+    let radius = RADIUS_SPACINGS * spacing(positions).unwrap_or(1.0).clamp(1.0, MAX_SPACING_PX);
+    for (p, grey) in positions.iter().zip(greys) {
         if !(p.x.is_finite() && p.y.is_finite()) {
             continue;
         }
@@ -57,9 +64,10 @@ fn spread(places: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gr
     })
 }
 
-fn spacing(places: &[Vec2]) -> Option<f64> {
-    let index = PointIndex::<2>::new(places)?;
-    let nearest: Vec<f64> = places
+/// Median distance to the nearest other position.
+fn spacing(positions: &[Vec2]) -> Option<f64> {
+    let index = PointIndex::<2>::new(positions)?;
+    let nearest: Vec<f64> = positions
         .iter()
         .filter_map(|p| index.nearest_n(&[p.x, p.y], 2).get(1).map(|n| n.distance))
         .collect();

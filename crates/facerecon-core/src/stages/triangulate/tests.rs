@@ -58,13 +58,13 @@ fn a_known_rig_gives_millimetres_by_eq_2_2() {
     for (found, expected) in out.cloud.points.iter().zip(&truth) {
         assert!((found - expected).norm() < 1e-9);
     }
-    // a tenth of a pixel in depth, by differences
+    // depth of a tenth of a pixel, by differences
     let nearer = rig.depth_mm(matches[0].disparity() + 0.1).unwrap();
     assert!((out.cloud.sigmas[0] - (truth[0].z - nearer)).abs() < 1e-3 * out.cloud.sigmas[0]);
 }
 
 #[test]
-fn unknown_cameras_give_the_generic_faces_units_by_eq_2_3_to_2_6() {
+fn unknown_cameras_give_units_of_the_template_by_eq_2_3_to_2_6() {
     // disparities 100 (far), 125 and 110 (near is large)
     let matches = [
         matched(Vec2::new(100.0, 50.0), 100.0),
@@ -81,10 +81,10 @@ fn unknown_cameras_give_the_generic_faces_units_by_eq_2_3_to_2_6() {
     for (i, y) in [100.0, 0.0, -100.0, 60.0].into_iter().enumerate() {
         assert!((p[i].y - y).abs() < 1e-9, "{}", p[i].y);
     }
-    // Eq. 2.3 between the bounds of what looks at the viewer, the front face: z = 90 throughout
+    // Eq. 2.3 between the bounds of the part that faces the viewer, the front: z = 90 throughout
     assert!(p.iter().all(|p| (p.z - 90.0).abs() < 1e-9));
 
-    // give the face depth: a ridge at z = 150 before the front
+    // give the face depth: a ridge at z = 150 in front of it
     let mut mesh = template();
     mesh.vertices.extend([Vec3::new(0.0, 50.0, 150.0), Vec3::new(0.0, -50.0, 150.0)]);
     mesh.faces.extend([[4, 9, 8], [5, 8, 9]]);
@@ -111,7 +111,7 @@ fn disparities_around_zero_still_order_depth() {
 }
 
 #[test]
-fn what_gives_no_points_is_refused() {
+fn matches_without_points_are_refused() {
     let (rig, template) = (rig(), template());
     let params = TriangulateParams::default();
     let at = |d: f64| matched(Vec2::new(10.0 * d, 7.0 * d), d);
@@ -121,7 +121,7 @@ fn what_gives_no_points_is_refused() {
     let two = [at(1.0), at(2.0)];
     let error = run(&two, Some(&rig), &params);
     assert_eq!(error, TriangulateError::TooFewMatches { got: 2, needed: 3 });
-    // the principal points lie 120 px apart: a disparity of -120 is infinity
+    // the principal points are 120 px apart: a disparity of -120 is infinity
     let beyond = [at(200.0), at(150.0), at(-120.0)];
     let error = run(&beyond, Some(&rig), &params);
     assert_eq!(error, TriangulateError::Behind { index: 2, disparity_px: -120.0 });
@@ -148,7 +148,7 @@ fn depth_maps_are_light_where_near_and_black_where_unknown() {
     }
     let rectification = Rectification::identity((200, 130));
     let [left, right] = depth_maps(&matches, &rectification, (200, 130));
-    // disparity grows to the right: so does the grey, between the dots too
+    // disparity increases to the right, and so does the grey, also between the dots
     let row: Vec<f32> = (60..=148).step_by(4).map(|x| left.at(x, 60)).collect();
     assert!(row.is_sorted() && row[0] >= 40.0 && row[22] > 250.0, "{row:?}");
     assert_eq!(left.at(20, 60), 0.0);
@@ -156,7 +156,7 @@ fn depth_maps_are_light_where_near_and_black_where_unknown() {
     let m = matches[77];
     let at = |image: &Gray, p: Vec2| image.at(p.x as usize, p.y as usize);
     assert!((at(&left, m.left) - at(&right, m.right)).abs() < 2.0);
-    // in the pixels of the photo, not of the rectified picture
+    // in pixels of the photo, not of the rectified picture
     let shift = Mat3::new(1.0, 0.0, 30.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
     let shifted = Rectification { left: View::plane(shift).unwrap(), ..rectification };
     let [moved, _] = depth_maps(&matches, &shifted, (200, 130));

@@ -7,6 +7,49 @@ use crate::math::Vec2;
 
 use super::GaussianParams;
 
+/// Radius of the window in standard deviations, and its maximum in spacings: a wide window measures
+/// best; where dots are close together (oblique skin) only a narrow one contains a single dot. Set by
+/// hand.
+const WIDE_SIGMAS: f64 = 3.4;
+const WIDE_SPACINGS: f64 = 0.48;
+const NARROW_SIGMAS: f64 = 2.2;
+const NARROW_PER_WIDE: f64 = 0.8;
+/// Minimum radius of a window, pixels.
+const MIN_RADIUS_PX: f64 = 2.0;
+/// A fit in a narrow window must have a residual below this fraction of the maximum.
+const STRICT: f64 = 0.5;
+/// Minimum number of unsaturated pixels: twice the number of parameters.
+const MIN_MEASURED: usize = 14;
+/// Minimum range of grey levels in a window, as a fraction of the minimum amplitude: windows below
+/// cannot give an accepted fit.
+const MIN_RANGE: f64 = 0.5;
+/// Start of the standard deviation, as a fraction of the expected one.
+const START_SIGMA: f64 = 0.9;
+/// Minimum standard deviation of a dot, pixels: smaller ones are single hot pixels. Set by hand.
+const MIN_SIGMA_PX: f64 = 0.35;
+/// Maximum movement of the centre during the fit, in radii of the window.
+const MAX_MOVE: f64 = 0.6;
+/// Residual that counts as noise in the quality of a fit, grey levels: about the
+/// rounding to 8 bit.
+const NOISE: f64 = 0.5;
+
+/// Levenberg-Marquardt: steps; start, minimum and maximum of the damping; its factors after a step
+/// that is not finite, one that fails, and one that succeeds.
+const MAX_STEPS: usize = 15;
+const DAMPING: f64 = 1e-3;
+const MIN_DAMPING: f64 = 1e-7;
+const MAX_DAMPING: f64 = 1e6;
+const DAMPING_INVALID: f64 = 10.0;
+const DAMPING_FAILED: f64 = 8.0;
+const DAMPING_SUCCEEDED: f64 = 0.2;
+/// A step is the last when the centre moves less than this (pixels) and the cost falls by less than
+/// this fraction.
+const CONVERGED_PX: f64 = 1e-3;
+const CONVERGED_COST: f64 = 1e-4;
+/// Bounds of the standard deviation during the fit: pixels, and radii of the window.
+const SIGMA_FLOOR_PX: f64 = 0.3;
+const BOUND_RADII: f64 = 2.0;
+
 type Vec7 = SVector<f64, 7>;
 type Mat7 = SMatrix<f64, 7, 7>;
 
@@ -22,24 +65,24 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Height over residual: what decides between two fits at one place.
+    /// Height over residual: of two fits at one position the greater is kept.
     pub(super) fn quality(&self) -> f64 {
-        self.amplitude / (self.residual + 0.5)
+        self.amplitude / (self.residual + NOISE)
     }
 
-    /// Residual as a part of the height.
-    fn misfit(&self) -> f64 {
+    /// Residual as a fraction of the height.
+    fn relative_residual(&self) -> f64 {
         self.residual / self.amplitude
     }
 
-    /// The dot, with a score from how well the profile fits.
+    /// The dot; its score falls from 1 to 0.5 at the maximum residual.
     pub(super) fn dot(&self, params: &GaussianParams) -> Dot {
-        let misfit = self.misfit() / params.max_residual;
+        let fraction = self.relative_residual() / params.max_residual;
         Dot {
             position: self.position,
             sigma_px: self.sigma_px,
             amplitude: self.amplitude,
-            score: (1.0 - 0.5 * misfit).clamp(0.0, 1.0),
+            score: (1.0 - 0.5 * fraction).clamp(0.0, 1.0),
         }
     }
 }
@@ -48,7 +91,7 @@ impl Fit {
 struct Window {
     samples: Vec<(f64, f64, f64)>,
     radius: f64,
-    /// From this level up a pixel only says that it is at least so bright.
+    /// Pixels from this level up are only lower bounds of the profile.
     saturation: f64,
 }
 
@@ -69,8 +112,8 @@ impl Window {
     }
 }
 
-/// Fits the dot near `at`; `None` where there is none. A wide window measures best; where dots crowd
-/// (slanted skin) only a narrow one sees a single dot.
+/// Fits the dot near `at`, in a wide window if possible, else in a narrow one; `None` where there is
+/// no dot.
 pub(super) fn fit(
     image: &Gray,
     at: Vec2,
@@ -78,11 +121,12 @@ pub(super) fn fit(
     spacing_px: f64,
     params: &GaussianParams,
 ) -> Option<Fit> {
-    let wide = (3.4 * sigma_px).min(0.48 * spacing_px).max(2.0);
-    let narrow = (2.2 * sigma_px).min(0.8 * wide).max(2.0);
-    let strict = 0.5 * params.max_residual;
-    fit_window(image, at, sigma_px, wide, params)
-        .or_else(|| fit_window(image, at, sigma_px, narrow, params).filter(|f| f.misfit() < strict))
+    let wide = (WIDE_SIGMAS * sigma_px).min(WIDE_SPACINGS * spacing_px).max(MIN_RADIUS_PX);
+    let narrow = (NARROW_SIGMAS * sigma_px).min(NARROW_PER_WIDE * wide).max(MIN_RADIUS_PX);
+    let strict = STRICT * params.max_residual;
+    fit_window(image, at, sigma_px, wide, params).or_else(|| {
+        fit_window(image, at, sigma_px, narrow, params).filter(|f| f.relative_residual() < strict)
+    })
 }
 
 fn fit_window(
@@ -98,18 +142,19 @@ fn fit_window(
     let lowest = window.samples.iter().map(|s| s.2).fold(f64::INFINITY, f64::min);
     let highest = window.samples.iter().map(|s| s.2).fold(f64::NEG_INFINITY, f64::max);
     let measured = window.samples.iter().filter(|s| s.2 < params.saturation).count();
-    if measured < 14 || !(highest - lowest > 0.5 * params.min_amplitude) {
+    if measured < MIN_MEASURED || !(highest - lowest > MIN_RANGE * params.min_amplitude) {
         return None;
     }
-    let begin = Vec7::from([highest - lowest, start.x, start.y, 0.9 * sigma_px, lowest, 0.0, 0.0]);
+    let sigma = START_SIGMA * sigma_px;
+    let begin = Vec7::from([highest - lowest, start.x, start.y, sigma, lowest, 0.0, 0.0]);
     let (p, cost) = minimise(&window, begin)?;
     let [amplitude, x, y, sigma, ..]: [f64; 7] = p.into();
     let residual = (cost / window.samples.len() as f64).sqrt();
     let moved = Vec2::new(x, y) - start;
     let good = amplitude > params.min_amplitude
-        && sigma > 0.35
+        && sigma > MIN_SIGMA_PX
         && sigma < window.radius
-        && moved.norm() < 0.6 * radius
+        && moved.norm() < MAX_MOVE * radius
         && residual < params.max_residual * amplitude;
     good.then(|| Fit {
         position: origin + Vec2::new(x, y),
@@ -123,30 +168,31 @@ fn fit_window(
 /// Levenberg-Marquardt; returns the parameters `a, x, y, s, b, gx, gy` and the sum of squares.
 fn minimise(window: &Window, mut p: Vec7) -> Option<(Vec7, f64)> {
     let (mut normal, mut gradient, mut cost) = equations(window, &p);
-    let mut damping = 1e-3;
-    for _ in 0..15 {
+    let mut damping = DAMPING;
+    let bound = BOUND_RADII * window.radius;
+    for _ in 0..MAX_STEPS {
         let mut damped: Mat7 = normal;
         for i in 0..7 {
             damped[(i, i)] += damping * normal[(i, i)] + 1e-9;
         }
         let step = damped.cholesky()?.solve(&gradient);
         let mut trial = p + step;
-        trial[3] = trial[3].clamp(0.3, 2.0 * window.radius);
-        if !trial.iter().all(|v| v.is_finite()) || trial[1].hypot(trial[2]) > 2.0 * window.radius {
-            damping *= 10.0;
+        trial[3] = trial[3].clamp(SIGMA_FLOOR_PX, bound);
+        if !trial.iter().all(|v| v.is_finite()) || trial[1].hypot(trial[2]) > bound {
+            damping *= DAMPING_INVALID;
             continue;
         }
         let (n, g, c) = equations(window, &trial);
         if c < cost {
-            let small = step[1].hypot(step[2]) < 1e-3 && cost - c < 1e-4 * cost;
+            let small = step[1].hypot(step[2]) < CONVERGED_PX && cost - c < CONVERGED_COST * cost;
             (p, normal, gradient, cost) = (trial, n, g, c);
-            damping = (damping * 0.2).max(1e-7);
+            damping = (damping * DAMPING_SUCCEEDED).max(MIN_DAMPING);
             if small {
                 break;
             }
         } else {
-            damping *= 8.0;
-            if damping > 1e6 {
+            damping *= DAMPING_FAILED;
+            if damping > MAX_DAMPING {
                 break;
             }
         }
@@ -187,13 +233,13 @@ fn equations(window: &Window, p: &Vec7) -> (Mat7, Vec7, f64) {
     (normal, gradient, cost)
 }
 
-/// Ratio of the axes of the dot's second moments, background taken off.
+/// Ratio of the axes of the dot's second moments, without the background.
 fn axis_ratio(window: &Window, p: &Vec7) -> f64 {
     let [a, x, y, s, b, gx, gy]: [f64; 7] = (*p).into();
     let (mut sum, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0);
     for &(qx, qy, level) in &window.samples {
         let (dx, dy) = (qx - x, qy - y);
-        // The weight keeps noise at the rim out of the moments.
+        // The weight suppresses noise at the border of the window.
         let weight = (-0.25 * (dx * dx + dy * dy) / (s * s)).exp();
         let height = ((level - b - gx * qx - gy * qy) / a).max(0.0) * weight;
         sum += height;

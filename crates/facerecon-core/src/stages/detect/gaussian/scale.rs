@@ -1,4 +1,4 @@
-//! The size and spacing of the dots, from the image itself.
+//! Size and spacing of the dots, measured in the image.
 
 use rayon::prelude::*;
 
@@ -8,41 +8,66 @@ use crate::spatial::PointIndex;
 
 use super::GaussianParams;
 
-/// Ratio of neighbouring levels of the stack.
+/// Ratio of the smoothing of neighbouring levels of the stack. Set by hand: 2.3 levels an octave.
 const STEP: f64 = 1.35;
-/// Smoothing of the finest level, pixels.
+/// Standard deviation of the finest level, pixels.
 const FINEST_PX: f64 = 0.8;
-/// Least number of blobs in a lattice for a scale to count.
-const MIN_REGULAR: usize = 12;
-/// From this smoothing on, in pixels of the level, levels are held at half the size.
-const SMOOTH_PX: f64 = 5.0;
-/// A lattice is clear when at least this share of the blobs sits in it. In a large photo thousands
-/// of grains of noise do so by chance, but few of a hundred.
-const CLEAR_SHARE: f64 = 0.25;
+/// Minimum number of lattice nodes for a level to be used. Set by hand.
+const MIN_NODES: usize = 12;
+/// Levels smoother than this, in pixels of the level, are stored at half the size.
+const HALVED_FROM_PX: f64 = 5.0;
+/// A lattice is distinct when at least this fraction of the blobs are its nodes. In a large photo
+/// thousands of blobs of noise are nodes by chance, but only a few of a hundred. Set by hand.
+const DISTINCT_FRACTION: f64 = 0.25;
+/// A distinct lattice has at least this many times the minimum number of nodes.
+const DISTINCT_NODES: usize = 4;
+/// The search ends this many levels after a distinct lattice, when the level has less than one part
+/// of this many of its nodes.
+const LEVELS_AFTER: usize = 2;
+const NODES_AFTER: usize = 2;
+/// The coarsest level: the smaller side of the photo over this.
+const COARSEST_PARTS: f64 = 24.0;
+/// Candidates closer than this, in spacings, are one. Set by hand, as in the fit.
+const APART_SPACINGS: f64 = 0.3;
+/// Number of nearest candidates compared with one, itself included.
+const NEAREST: usize = 8;
+/// Radius of the window of the mean response, in standard deviations of the level.
+const AROUND_SIGMAS: f64 = 4.0;
+/// Blobs are kept from this fraction of the response of the faintest dot on: the fit decides.
+const RESPONSE_MARGIN: f64 = 0.8;
+/// Lattice nodes: nearest blobs considered (itself and 8 neighbours), the maximum relative deviation
+/// of opposite neighbours, and the minimum sine of the angle between the two directions. Set by hand.
+const NEIGHBOURS: usize = 9;
+const OPPOSITE: f64 = 0.25;
+const MIN_SINE: f64 = 0.6;
+/// A given spacing excludes levels whose spacing differs by more than this factor.
+const SPACING_FACTOR: f64 = 0.5;
 
-/// What was found about the dots' scale.
+/// Size and spacing of the dots, and where they may be.
 pub(crate) struct Scale {
     /// Typical standard deviation of a dot's profile, pixels.
     pub sigma_px: f64,
     /// Typical distance of neighbouring dots, pixels.
     pub spacing_px: f64,
-    /// Places where a dot may be, pixels.
+    /// Positions of possible dots, pixels.
     pub candidates: Vec<Vec2>,
 }
 
-/// One level of the stack: its blobs, and how lattice-like they are.
+/// One level of the stack: its blobs, and the lattice among them.
 struct Level {
     sigma_px: f64,
+    /// Position and response.
     blobs: Vec<(Vec2, f64)>,
-    regular: usize,
+    /// Number of blobs that are nodes of a lattice.
+    nodes: usize,
     spacing_px: f64,
 }
 
 impl Scale {
-    /// Searches the levels from fine to coarse; `None` when no level shows a lattice.
+    /// Searches the levels from fine to coarse; `None` when no level has a lattice.
     pub(crate) fn find(image: &Gray, params: &GaussianParams) -> Option<Self> {
         let (width, height) = image.size();
-        let coarsest = width.min(height) as f64 / 24.0;
+        let coarsest = width.min(height) as f64 / COARSEST_PARTS;
         let mut levels: Vec<Level> = Vec::new();
         let mut best = 0;
         let mut sigma_px = FINEST_PX;
@@ -50,7 +75,7 @@ impl Scale {
         // side of the level's pixels in pixels of the photo
         let mut pixel = 1.0;
         while sigma_px <= coarsest {
-            if sigma_px / pixel > SMOOTH_PX {
+            if sigma_px / pixel > HALVED_FROM_PX {
                 (smooth, pixel) = (smooth.halved(), 2.0 * pixel);
             }
             let next = smooth.blurred(sigma_px / pixel * (STEP * STEP - 1.0).sqrt());
@@ -59,26 +84,27 @@ impl Scale {
             if levels[last].score(params) > levels[best].score(params) {
                 best = last;
             }
-            // Two levels past a clear lattice nothing finer can come.
             let found = &levels[best];
-            let clear = found.regular >= 4 * MIN_REGULAR && found.share() >= CLEAR_SHARE;
-            if clear && last >= best + 2 && 2 * levels[last].regular < levels[best].regular {
+            let distinct = found.nodes >= DISTINCT_NODES * MIN_NODES
+                && found.node_fraction() >= DISTINCT_FRACTION;
+            let fewer = NODES_AFTER * levels[last].nodes < levels[best].nodes;
+            if distinct && last >= best + LEVELS_AFTER && fewer {
                 break;
             }
             (smooth, sigma_px) = (next, sigma_px * STEP);
         }
-        let chosen = levels.get(best).filter(|l| l.regular >= MIN_REGULAR)?;
+        let chosen = levels.get(best).filter(|l| l.nodes >= MIN_NODES)?;
         let spacing_px =
             if params.spacing_px > 0.0 { params.spacing_px } else { chosen.spacing_px };
-        // A blob answers most at the level of its own size; the neighbours catch dots that are
-        // sharper or softer than most.
+        // The response of a blob is greatest at the level of its size; the neighbouring levels add
+        // dots that are sharper or softer than most.
         let around = best.saturating_sub(1)..(best + 2).min(levels.len());
         let mut all: Vec<(Vec2, f64)> =
             levels[around].iter().flat_map(|l| l.blobs.iter().copied()).collect();
         all.sort_by(|a, b| {
             b.1.total_cmp(&a.1).then(a.0.y.total_cmp(&b.0.y)).then(a.0.x.total_cmp(&b.0.x))
         });
-        let candidates = thin_out(&all, 0.3 * spacing_px)?;
+        let candidates = thin_out(&all, APART_SPACINGS * spacing_px)?;
         Some(Self { sigma_px: levels[best].sigma_px, spacing_px, candidates })
     }
 }
@@ -89,10 +115,10 @@ impl Level {
         let (width, height) = smooth.size();
         let mut response = smooth.clone();
         response.data_mut().iter_mut().zip(next.data()).for_each(|(a, b)| *a -= b);
-        let around = local_mean_abs(&response, (4.0 * sigma_px).ceil() as usize);
-        // Response of a dot of this very size and unit height.
+        let around = local_mean_abs(&response, (AROUND_SIGMAS * sigma_px).ceil() as usize);
+        // response of a dot of the level's size and unit height
         let unit = 0.5 - 1.0 / (1.0 + STEP * STEP);
-        let least = (unit * params.min_amplitude * 0.8) as f32;
+        let least = (unit * params.min_amplitude * RESPONSE_MARGIN) as f32;
         let contrast = params.contrast as f32;
         let mut blobs = Vec::new();
         for y in 1..height.saturating_sub(1) {
@@ -112,28 +138,28 @@ impl Level {
                 }
             }
         }
-        let (regular, spacing_px) = regularity(&blobs);
-        Self { sigma_px, blobs, regular, spacing_px }
+        let (nodes, spacing_px) = lattice_nodes(&blobs);
+        Self { sigma_px, blobs, nodes, spacing_px }
     }
 
-    /// How well this level shows the lattice. Where the spacing is given, others do not count.
+    /// How distinct the lattice of this level is; 0 when its spacing differs from a given one.
     fn score(&self, params: &GaussianParams) -> f64 {
         let wrong = params.spacing_px > 0.0
-            && (self.spacing_px / params.spacing_px).ln().abs() > 0.5_f64.ln().abs();
-        // Noise is a lattice here and there by chance; a true lattice nearly everywhere.
-        if wrong { 0.0 } else { self.regular as f64 * self.share().sqrt() }
+            && (self.spacing_px / params.spacing_px).ln().abs() > SPACING_FACTOR.ln().abs();
+        // Few blobs of noise are nodes by chance, nearly all blobs of a true lattice are.
+        if wrong { 0.0 } else { self.nodes as f64 * self.node_fraction().sqrt() }
     }
 
-    /// The part of the blobs that sits in a lattice.
-    fn share(&self) -> f64 {
-        self.regular as f64 / self.blobs.len().max(1) as f64
+    /// The fraction of the blobs that are nodes.
+    fn node_fraction(&self) -> f64 {
+        self.nodes as f64 / self.blobs.len().max(1) as f64
     }
 
-    /// The level in pixels of the photo, of which one of its own holds `pixel` a side.
+    /// The level in pixels of the photo; its own pixels have a side of `pixel` of them.
     fn enlarged(mut self, pixel: f64) -> Self {
         self.sigma_px *= pixel;
         self.spacing_px *= pixel;
-        // pixel centres are at integers, so the picture's corner is at -0.5
+        // pixel centres are at integers, so the corner of the picture is at -0.5
         self.blobs.iter_mut().for_each(|(p, _)| *p = p.map(|c| (c + 0.5) * pixel - 0.5));
         self
     }
@@ -171,19 +197,23 @@ fn local_mean_abs(image: &Gray, radius: usize) -> Gray {
     })
 }
 
-/// Number of blobs that sit between two pairs of opposite neighbours, as lattice nodes do, and the
+/// Number of blobs between two pairs of opposite neighbours, as nodes of a lattice are, and the
 /// median spacing there.
-fn regularity(blobs: &[(Vec2, f64)]) -> (usize, f64) {
+fn lattice_nodes(blobs: &[(Vec2, f64)]) -> (usize, f64) {
     let points: Vec<Vec2> = blobs.iter().map(|b| b.0).collect();
     let Some(index) = PointIndex::<2>::new(&points) else {
         return (0, 0.0);
     };
     let spacing = |p: &Vec2| {
-        let near: Vec<Vec2> =
-            index.nearest_n(&[p.x, p.y], 9).iter().skip(1).map(|n| points[n.index] - p).collect();
-        let opposite = |a: &Vec2| near.iter().any(|b| (a + b).norm() < 0.25 * a.norm());
+        let near: Vec<Vec2> = index
+            .nearest_n(&[p.x, p.y], NEIGHBOURS)
+            .iter()
+            .skip(1)
+            .map(|n| points[n.index] - p)
+            .collect();
+        let opposite = |a: &Vec2| near.iter().any(|b| (a + b).norm() < OPPOSITE * a.norm());
         let u = near.first().filter(|u| opposite(u))?;
-        let across = |v: &&Vec2| (u.x * v.y - u.y * v.x).abs() > 0.6 * u.norm() * v.norm();
+        let across = |v: &&Vec2| (u.x * v.y - u.y * v.x).abs() > MIN_SINE * u.norm() * v.norm();
         let v = near.iter().filter(across).find(|v| opposite(v))?;
         Some((u.norm() * v.norm()).sqrt())
     };
@@ -192,7 +222,7 @@ fn regularity(blobs: &[(Vec2, f64)]) -> (usize, f64) {
     (spacings.len(), median(&spacings).unwrap_or(0.0))
 }
 
-/// Keeps the strongest of every crowd; `points` come strongest first.
+/// Keeps the strongest of each group; `points` are sorted by strength, strongest first.
 fn thin_out(points: &[(Vec2, f64)], apart: f64) -> Option<Vec<Vec2>> {
     let positions: Vec<Vec2> = points.iter().map(|p| p.0).collect();
     let index = PointIndex::<2>::new(&positions)?;
@@ -202,7 +232,7 @@ fn thin_out(points: &[(Vec2, f64)], apart: f64) -> Option<Vec<Vec2>> {
         if dropped[i] {
             continue;
         }
-        for n in index.nearest_n(&[p.x, p.y], 8) {
+        for n in index.nearest_n(&[p.x, p.y], NEAREST) {
             if n.index > i && n.distance < apart {
                 dropped[n.index] = true;
             }

@@ -60,8 +60,8 @@ fn draw(scene: &Scene) -> (Gray, Vec<Vec2>) {
     (image.map(|v| v.clamp(0.0, 255.0).round()), truth)
 }
 
-/// Share of the truth found, median error, number of false dots.
-fn judge(dots: &[Dot], truth: &[Vec2]) -> (f64, f64, usize) {
+/// Fraction of the true dots found, median error (pixels), number of false dots.
+fn score(dots: &[Dot], truth: &[Vec2]) -> (f64, f64, usize) {
     let nearest =
         |p: &Vec2, of: &[Vec2]| of.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
     let found: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
@@ -79,22 +79,22 @@ fn dots_are_found_to_a_few_hundredths_of_a_pixel_at_any_scale_and_angle() {
         let (image, truth) = draw(&scene);
         let (dots, found) = gaussian(&image, &GaussianParams::default());
         assert!((found / spacing - 1.0).abs() < 0.03, "spacing {found} of {spacing}");
-        let (recall, error, wrong) = judge(&dots, &truth);
+        let (recall, error, wrong) = score(&dots, &truth);
         assert!(recall > 0.995 && error < 0.04 && wrong < 6, "{spacing}: {recall} {error} {wrong}");
     }
 }
 
 #[test]
-fn low_contrast_steep_ramps_and_saturated_dots_are_fine() {
+fn low_contrast_steep_ramps_and_saturated_dots_are_found() {
     let base =
         Scene { spacing: 9.6, sigma: 1.4, angle: 0.0, amplitude: 20.0, ramp: 0.0, noise: 2.0 };
     let (image, truth) = draw(&base);
-    let (recall, error, _) = judge(&gaussian(&image, &GaussianParams::default()).0, &truth);
+    let (recall, error, _) = score(&gaussian(&image, &GaussianParams::default()).0, &truth);
     assert!(recall > 0.98 && error < 0.15, "low contrast: {recall} {error}");
 
     let (image, truth) = draw(&Scene { amplitude: 450.0, noise: 1.0, ..base });
     assert!(image.data().iter().filter(|v| **v >= 255.0).count() > 4 * truth.len());
-    let (recall, error, _) = judge(&gaussian(&image, &GaussianParams::default()).0, &truth);
+    let (recall, error, _) = score(&gaussian(&image, &GaussianParams::default()).0, &truth);
     assert!(recall > 0.98 && error < 0.05, "saturated: {recall} {error}");
 }
 
