@@ -1,12 +1,14 @@
 //! Data that stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
 
-mod blur;
+mod blocks;
+pub(crate) mod blur;
 mod capture;
 mod cloud;
 mod landmarks;
 mod matches;
 mod mesh;
 mod raster;
+pub(crate) mod sampling;
 mod topology;
 mod validation;
 

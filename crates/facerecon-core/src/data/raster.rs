@@ -1,4 +1,4 @@
-//! Images as row-major arrays. Pixel centres lie at integer coordinates, (0, 0) the top-left one.
+//! Images as row-major arrays. Pixel centres are at integer coordinates, (0, 0) the top-left one.
 
 use rayon::prelude::*;
 
@@ -32,7 +32,7 @@ impl<T: Copy> Raster<T> {
         Self { width, height, data: data.map(|(x, y)| value(x, y)).collect() }
     }
 
-    /// As [`Raster::from_fn`], the work shared among the threads.
+    /// As [`Raster::from_fn`], on all threads.
     pub fn par_from_fn(
         width: usize,
         height: usize,
@@ -115,25 +115,29 @@ impl<T: Copy> Raster<T> {
             data: self.data.iter().copied().map(f).collect(),
         }
     }
+
+    /// Applies a function to every pixel and its counterpart in another image of the same size;
+    /// beyond the smaller of two sizes pixels are left out.
+    pub(crate) fn zip_map<U: Copy, V: Copy>(
+        &self,
+        other: &Raster<U>,
+        mut f: impl FnMut(T, U) -> V,
+    ) -> Raster<V> {
+        let (width, height) = (self.width.min(other.width), self.height.min(other.height));
+        Raster::from_fn(width, height, |x, y| f(self.at(x, y), other.at(x, y)))
+    }
+}
+
+impl<A: Copy, B: Copy> Raster<(A, B)> {
+    /// The image of the first values and that of the second ones.
+    pub(crate) fn unzip(self) -> (Raster<A>, Raster<B>) {
+        let (width, height) = self.size();
+        let (first, second) = self.data.into_iter().unzip();
+        (Raster { width, height, data: first }, Raster { width, height, data: second })
+    }
 }
 
 impl Gray {
-    /// Bilinear sample; `None` outside the pixel centres' hull.
-    #[inline]
-    pub fn bilinear(&self, x: f64, y: f64) -> Option<f32> {
-        let (w, h) = (self.width as f64, self.height as f64);
-        if !(x >= 0.0 && y >= 0.0 && x <= w - 1.0 && y <= h - 1.0) {
-            return None;
-        }
-        let (x0, y0) =
-            ((x as usize).min(self.width.max(2) - 2), (y as usize).min(self.height.max(2) - 2));
-        let (x1, y1) = ((x0 + 1).min(self.width - 1), (y0 + 1).min(self.height - 1));
-        let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
-        let top = self.at(x0, y0) * (1.0 - fx) + self.at(x1, y0) * fx;
-        let bottom = self.at(x0, y1) * (1.0 - fx) + self.at(x1, y1) * fx;
-        Some(top * (1.0 - fy) + bottom * fy)
-    }
-
     /// As 8 bit, rounded and clipped.
     pub fn to_u8(&self) -> Raster<u8> {
         self.map(|v| v.round().clamp(0.0, 255.0) as u8)
@@ -152,13 +156,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bilinear_reproduces_a_plane_and_refuses_outside() {
-        let plane = Gray::from_fn(7, 5, |x, y| 2.0 * x as f32 - 3.0 * y as f32 + 1.0);
-        assert_eq!(plane.bilinear(2.25, 3.5), Some(2.0 * 2.25 - 3.0 * 3.5 + 1.0));
-        assert_eq!(plane.bilinear(6.0, 4.0), Some(1.0));
-        assert_eq!(plane.bilinear(6.01, 4.0), None);
-        assert_eq!(plane.bilinear(f64::NAN, 1.0), None);
-        assert_eq!(Gray::filled(1, 1, 3.0).bilinear(0.0, 0.0), Some(3.0));
+    fn data_of_the_wrong_length_is_no_raster() {
         assert!(Gray::from_vec(2, 2, vec![0.0; 3]).is_none());
+        assert!(Gray::from_vec(2, 2, vec![0.0; 4]).is_some());
+    }
+
+    #[test]
+    fn pairs_come_apart_in_place() {
+        let pairs = Raster::par_from_fn(3, 2, |x, y| (x, 10 * y));
+        let (columns, rows) = pairs.unzip();
+        assert_eq!((columns.at(2, 1), rows.at(2, 1)), (2, 10));
+        assert_eq!(columns.zip_map(&rows, |a, b| a + b).data(), [0, 1, 2, 10, 11, 12]);
     }
 }

@@ -1,4 +1,4 @@
-//! A tiny bitmap font of five by seven pixels for the numerals and labels in pictures.
+//! A bitmap font of five by seven pixels for numbers and labels in pictures.
 
 use crate::data::Rgb;
 
@@ -11,8 +11,8 @@ pub fn text_width(text: &str) -> usize {
     (text.chars().count() * (GLYPH_WIDTH + 1)).saturating_sub(1)
 }
 
-/// Draws a text with its upper left corner at `(x, y)`, clipped at the picture's border. Capitals
-/// stand in for small letters, except in the unit `mm`; an unknown character leaves a gap.
+/// Draws a text with its upper left corner at `(x, y)`, clipped at the picture's border. Small
+/// letters are drawn as capitals, except `m` (the unit `mm`); an unknown character leaves a gap.
 pub fn draw_text(image: &mut Rgb, x: usize, y: usize, text: &str, zoom: usize, color: [u8; 3]) {
     let (width, height) = image.size();
     let zoom = zoom.max(1);

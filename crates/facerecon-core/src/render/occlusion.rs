@@ -1,20 +1,30 @@
-//! How open each vertex lies to the sky around it: dark nostrils, eye corners and lip lines.
+//! Ambient occlusion: the unoccluded part of the sky at each vertex. It darkens nostrils, eye
+//! corners and the line between the lips.
 
 use rayon::prelude::*;
 
-use super::{RenderError, rasterize};
+use super::error::RenderError;
+use super::zbuffer::rasterize;
 use crate::camera::Pinhole;
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 
-/// Directions looked from, and the side of each small depth picture.
+/// Directions from which the mesh is drawn, and the width of each depth image, pixels: time grows
+/// with both, and the neighbourhood mean hides what is left of the grain.
 const DIRECTIONS: usize = 32;
 const SIDE: usize = 256;
-/// Distance of the looking camera in radii of the mesh: far, so that its rays are all but parallel.
+/// Distance of the camera in radii of the mesh: far, so that its rays are almost parallel.
 const FAR: f64 = 30.0;
+/// Fraction of the depth image that the mesh fills.
+const FILLED: f64 = 0.98;
+/// A vertex this much farther than the depth image, in radii of the mesh, is occluded: more than the
+/// depth of a pixel (2 / `SIDE`).
+const BIAS: f64 = 0.012;
+/// The bias grows with the slope of the surface, up to that at this cosine.
+const SLOPE_COSINE: f64 = 0.25;
 
-/// Cosine-weighted unblocked part of the hemisphere above each vertex, 0 to 1, found by drawing
-/// the mesh from evenly spread directions.
+/// Cosine-weighted unoccluded part of the hemisphere above each vertex, 0 to 1, found by drawing
+/// the mesh from evenly distributed directions.
 ///
 /// # Errors
 /// [`RenderError`] for an invalid mesh.
@@ -24,9 +34,9 @@ pub fn ambient_openness(mesh: &Mesh) -> Result<Vec<f64>, RenderError> {
     let Some((low, high)) = mesh.bounds() else { return Ok(Vec::new()) };
     let centre = (low + high) / 2.0;
     let radius = mesh.vertices.iter().map(|v| (v - centre).norm()).fold(1e-9, f64::max);
-    let focal = 0.98 * (SIDE as f64 / 2.0) * (FAR * FAR - 1.0).sqrt();
+    let focal = FILLED * (SIDE as f64 / 2.0) * (FAR * FAR - 1.0).sqrt();
     let camera = Pinhole::ideal(focal, Vec2::repeat((SIDE as f64 - 1.0) / 2.0));
-    let bias = radius * 0.012;
+    let bias = radius * BIAS;
     let directions: Vec<Vec3> = (0..DIRECTIONS).map(sphere_direction).collect();
 
     let seen: Vec<Vec<f32>> = directions
@@ -44,7 +54,7 @@ pub fn ambient_openness(mesh: &Mesh) -> Result<Vec<f64>, RenderError> {
                 let (x, y) = (pixel.x.round() as isize, pixel.y.round() as isize);
                 let nearest = buffers.depth_mm.get(x, y).map_or(f64::INFINITY, f64::from);
                 // a slanted surface covers more depth within one pixel
-                let slack = bias / cosine.max(0.25);
+                let slack = bias / cosine.max(SLOPE_COSINE);
                 if p.z <= nearest + slack { cosine as f32 } else { 0.0 }
             });
             Ok(weights.collect())
@@ -63,7 +73,7 @@ pub fn ambient_openness(mesh: &Mesh) -> Result<Vec<f64>, RenderError> {
     Ok(averaged(mesh, &open))
 }
 
-/// The `k`-th of evenly spread directions (spherical Fibonacci lattice).
+/// The `k`-th of evenly distributed directions (spherical Fibonacci lattice).
 fn sphere_direction(k: usize) -> Vec3 {
     let y = 1.0 - (2.0 * k as f64 + 1.0) / DIRECTIONS as f64;
     let around = k as f64 * std::f64::consts::PI * (3.0 - 5f64.sqrt());
@@ -80,7 +90,7 @@ fn looking_along(forward: &Vec3, centre: &Vec3, distance: f64) -> Similarity {
     Similarity::rigid(rotation, Vec3::new(0.0, 0.0, distance) - rotation * centre)
 }
 
-/// Mean with the neighbours along the faces: hides the grain of the small depth pictures.
+/// Weighted mean with the neighbours along the faces: hides the grain of the small depth images.
 fn averaged(mesh: &Mesh, values: &[f64]) -> Vec<f64> {
     let mut sum: Vec<(f64, f64)> = values.iter().map(|v| (2.0 * v, 2.0)).collect();
     for face in &mesh.faces {

@@ -1,8 +1,9 @@
 //! Several views side by side in one picture.
 
+use super::error::{LARGEST_SIDE, RenderError};
 use super::font::{draw_text, text_width};
-use super::picture::Studio;
-use super::{LARGEST_SIDE, Mode, RenderError, Scene, View};
+use super::picture::{Mode, Scene, Studio, room};
+use super::view::View;
 use crate::data::Rgb;
 
 /// Draws several views side by side at one scale, each cell of `cell` = (width, height) pixels and
@@ -20,8 +21,8 @@ pub fn contact_sheet(
         return Err(RenderError::NoViews);
     }
     let studio = Studio::new(scene, mode)?;
-    // one scale for all, so that the heads are of one size
-    let room = if mode == Mode::Heat { (cell.0, cell.1 * 9 / 10) } else { cell };
+    // one scale for all, so that the heads have one size
+    let room = room(mode, cell);
     let focal = views.iter().map(|v| studio.focal_px(*v, room)).fold(f64::INFINITY, f64::min);
     let mut cells = Vec::with_capacity(views.len());
     for view in views {
@@ -35,10 +36,10 @@ pub fn contact_sheet(
     tile(&cells, views.len())
 }
 
-/// Puts pictures into a grid of so many columns, on white; cells take the size of the largest.
+/// Arranges pictures in a grid of `columns` columns on white; cells have the size of the largest.
 ///
 /// # Errors
-/// [`RenderError::NoViews`] without pictures, [`RenderError::Size`] when the sheet gets too large.
+/// [`RenderError::NoViews`] without pictures, [`RenderError::Size`] when the sheet becomes too large.
 pub fn tile(cells: &[Rgb], columns: usize) -> Result<Rgb, RenderError> {
     let columns = columns.clamp(1, cells.len().max(1));
     let cell_width = cells.iter().map(Rgb::width).max().ok_or(RenderError::NoViews)?;

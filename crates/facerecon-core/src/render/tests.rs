@@ -34,7 +34,7 @@ fn pose() -> Similarity {
 }
 
 /// Nearest hit of a ray from the origin with every triangle: depth, face, weights.
-fn cast(points: &[[Vec3; 3]], ray: &Vec3) -> Option<(f64, usize, [f64; 3])> {
+fn nearest_hit(points: &[[Vec3; 3]], ray: &Vec3) -> Option<(f64, usize, [f64; 3])> {
     let mut best: Option<(f64, usize, [f64; 3])> = None;
     for (face, [a, b, c]) in points.iter().enumerate() {
         let matrix = Mat3::from_columns(&[*a, *b, *c]);
@@ -62,14 +62,14 @@ fn agrees_with_casting_a_ray_at_every_triangle() {
     let (mut hits, mut other) = (0, 0);
     for y in 0..140 {
         for x in 0..130 {
-            let found = cast(&points, &camera.ray(Vec2::new(x as f64, y as f64)));
+            let found = nearest_hit(&points, &camera.ray(Vec2::new(x as f64, y as f64)));
             let face = buffers.face.at(x, y);
             match found {
                 None => assert_eq!(face, NO_FACE, "({x}, {y})"),
-                Some((depth, wanted, weights)) => {
+                Some((depth, expected, weights)) => {
                     hits += 1;
                     assert!((f64::from(buffers.depth_mm.at(x, y)) - depth).abs() < 1e-3);
-                    if face as usize != wanted {
+                    if face as usize != expected {
                         other += 1; // on a shared edge
                         continue;
                     }
@@ -98,7 +98,7 @@ fn a_face_that_reaches_behind_the_camera_is_cut_not_dropped() {
     let points = vec![floor.corners(0)];
     for y in 0..100 {
         for x in 0..100 {
-            let found = cast(&points, &camera.ray(Vec2::new(x as f64, y as f64)));
+            let found = nearest_hit(&points, &camera.ray(Vec2::new(x as f64, y as f64)));
             // the near plane itself is the only difference
             if let Some((depth, _, weights)) = found.filter(|f| f.0 > 1.0) {
                 assert!((f64::from(buffers.depth_mm.at(x, y)) - depth).abs() < 1e-4 * depth);

@@ -4,14 +4,14 @@ use std::str::FromStr;
 
 use nalgebra::Rotation3;
 
-use super::RenderError;
+use super::error::RenderError;
 use crate::camera::Pinhole;
 use crate::choices;
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
 
 choices! {
-    /// Where a picture is taken from.
+    /// Direction from which a picture is taken.
     pub enum View {
         /// From the front.
         Front = "front",
@@ -55,7 +55,7 @@ impl View {
         Self::Back,
     ];
 
-    /// Turn about the vertical and tilt, degrees.
+    /// Yaw and pitch, degrees.
     fn angles(self) -> (f64, f64) {
         match self {
             Self::Front => (0.0, 0.0),
@@ -94,7 +94,7 @@ impl FromStr for View {
     }
 }
 
-/// Pose of a camera and the part of its picture, in normalised coordinates, that the mesh fills.
+/// Pose of a camera, and the part of its image that the mesh fills, in normalised coordinates.
 pub(super) struct Framing {
     pub(super) camera_from_mesh: Similarity,
     low: Vec2,
@@ -140,14 +140,14 @@ impl Framing {
         framing
     }
 
-    /// Greatest focal length at which the mesh fits into the picture.
+    /// Largest focal length at which the mesh fits into the picture.
     pub(super) fn focal_px(&self, (width, height): (usize, usize)) -> f64 {
         let extent = (self.high - self.low).sup(&Vec2::repeat(1e-9));
         let room = 1.0 - 2.0 * BORDER;
         (room * width as f64 / extent.x).min(room * height as f64 / extent.y)
     }
 
-    /// The camera of that focal length with the mesh in the middle of its picture.
+    /// The camera of a focal length with the mesh in the middle of its picture.
     pub(super) fn camera(&self, focal_px: f64, (width, height): (usize, usize)) -> Pinhole {
         let middle = Vec2::new((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0);
         Pinhole::ideal(focal_px, middle - (self.low + self.high) / 2.0 * focal_px)

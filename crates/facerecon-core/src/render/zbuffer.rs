@@ -1,50 +1,52 @@
-//! The rasteriser: which face is seen at each pixel, where on it, and how far away.
+//! The rasteriser: the visible face at each pixel, the point on it, and its depth.
 
 use rayon::prelude::*;
 
-use super::{LARGEST_SIDE, RenderError};
+use super::error::{LARGEST_SIDE, RenderError};
 use crate::camera::Pinhole;
 use crate::data::{Mesh, Raster};
 use crate::math::{Similarity, Vec2, Vec3};
 
-/// Face number of a pixel where nothing is seen.
+/// Face index of a pixel where nothing is visible.
 pub const NO_FACE: u32 = u32::MAX;
 
-/// Rows a task draws; fixed, so that the work is cut the same way for any number of threads.
+/// Rows that one task draws; fixed, so that the work is divided the same way for any number of
+/// threads.
 const BAND: usize = 32;
-/// Slack of the inside test in barycentric units: neighbours leave no crack along their edge.
+/// Tolerance of the inside test in barycentric units: neighbours leave no gap along their edge.
 const SLACK: f64 = 1e-9;
 /// The near plane as a fraction of the farthest vertex' depth.
 const NEAR: f64 = 1e-4;
 
-/// What a camera sees of a mesh, one value a pixel centre.
+/// What a camera sees of a mesh, one value per pixel centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Buffers {
-    /// Depth along the camera's z axis, in the unit of the mesh (mm); infinite where nothing is.
+    /// Depth along the camera's z axis, in the unit of the mesh (mm); infinite where nothing is
+    /// visible.
     pub depth_mm: Raster<f32>,
-    /// Number of the face, or [`NO_FACE`].
+    /// Index of the face, or [`NO_FACE`].
     pub face: Raster<u32>,
     /// Perspective-correct barycentric weights of the face's corners.
     pub barycentric: Raster<[f32; 3]>,
 }
 
-/// A face on the screen, cut at the near plane where it had to be.
+/// A face on the screen, clipped at the near plane where necessary.
 struct Screen {
     face: u32,
     corner: [Vec2; 3],
     inverse_depth: [f64; 3],
-    /// Weights of the face's own corners at the three corners of a cut piece.
+    /// Weights of the face's own corners at the three corners of a clipped triangle.
     weights: Option<Box<[[f64; 3]; 3]>>,
     rows: (usize, usize),
 }
 
-/// The camera whose picture is `factor` times as fine, pixel areas subdivided evenly.
+/// The camera of an image with `factor` times as many pixels along each side.
 pub fn supersampled(camera: &Pinhole, factor: usize) -> Pinhole {
     let s = factor as f64;
     Pinhole {
         fx: camera.fx * s,
         fy: camera.fy * s,
-        // pixel centres are at integers, so the picture's corner is at -0.5
+        // pixel centres are at integers, so the image corner is at -0.5
         cx: (camera.cx + 0.5) * s - 0.5,
         cy: (camera.cy + 0.5) * s - 0.5,
         distortion: camera.distortion,
@@ -52,11 +54,27 @@ pub fn supersampled(camera: &Pinhole, factor: usize) -> Pinhole {
 }
 
 /// Draws a mesh into depth, face and barycentric buffers of `size` = (width, height) pixels.
-/// Faces are seen from both sides; of equal depths the lower face number wins. Lens distortion
+/// Both sides of a face are drawn; of equal depths the lower face index wins. Lens distortion
 /// moves the corners, edges between them stay straight.
 ///
 /// # Errors
 /// [`RenderError`] for an invalid mesh, size or camera.
+///
+/// # Example
+/// ```
+/// use facerecon_core::camera::Pinhole;
+/// use facerecon_core::data::Mesh;
+/// use facerecon_core::math::{Similarity, Vec2, Vec3};
+/// use facerecon_core::render::{NO_FACE, rasterize};
+///
+/// let vertices = [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)].map(|(x, y)| Vec3::new(x, y, 500.0));
+/// let mesh = Mesh { vertices: vertices.to_vec(), faces: vec![[0, 1, 2]], ..Mesh::default() };
+/// let camera = Pinhole::ideal(400.0, Vec2::new(15.5, 11.5));
+/// let buffers = rasterize(&mesh, &camera, &Similarity::identity(), (32, 24))?;
+/// assert_eq!((buffers.face.at(16, 12), buffers.depth_mm.at(16, 12)), (0, 500.0));
+/// assert_eq!(buffers.face.at(0, 0), NO_FACE);
+/// # Ok::<(), facerecon_core::render::RenderError>(())
+/// ```
 pub fn rasterize(
     mesh: &Mesh,
     camera: &Pinhole,
@@ -93,7 +111,7 @@ pub fn rasterize(
         .enumerate()
         .for_each(|(band, (((depth, face), barycentric), bin))| {
             for &number in bin {
-                screen.pieces(number, |triangle| {
+                screen.triangles(number, |triangle| {
                     draw(triangle, band * BAND, width, depth, face, barycentric);
                 });
             }
@@ -101,12 +119,12 @@ pub fn rasterize(
     Ok(Buffers { depth_mm: depth, face, barycentric })
 }
 
-/// A mesh before the camera.
+/// A mesh in front of the camera.
 struct Projected<'a> {
     mesh: &'a Mesh,
-    /// Vertices in the camera's frame.
+    /// Vertices, camera frame.
     vertices: &'a [Vec3],
-    /// Their pixels; `None` where they have none.
+    /// Their pixels; `None` behind the near plane and where the lens model fails.
     pixels: Vec<Option<Vec2>>,
     camera: &'a Pinhole,
     near: f64,
@@ -122,50 +140,50 @@ impl<'a> Projected<'a> {
     ) -> Self {
         let farthest = vertices.iter().map(|v| v.z).fold(0.0, f64::max);
         let near = (farthest * NEAR).max(1e-9);
-        let place = |v: &Vec3| if v.z < near { None } else { pixel(camera, v) };
-        let pixels = vertices.par_iter().map(place).collect();
+        let project = |v: &Vec3| if v.z < near { None } else { pixel(camera, v) };
+        let pixels = vertices.par_iter().map(project).collect();
         Self { mesh, vertices, pixels, camera, near, size }
     }
 
-    /// Pixels of a face's corners; `None` where the near plane cuts it, or a corner has none.
+    /// Pixels of a face's corners; `None` where the near plane clips it, or a corner has none.
     #[inline]
-    fn whole(&self, face: usize) -> Option<[Vec2; 3]> {
+    fn unclipped(&self, face: usize) -> Option<[Vec2; 3]> {
         let [a, b, c] = self.mesh.faces[face].map(|i| self.pixels[i as usize]);
         Some([a?, b?, c?])
     }
 
     /// First and last row that a face may cover; `None` when it covers none.
     fn rows(&self, face: usize) -> Option<(usize, usize)> {
-        if let Some(corner) = self.whole(face) {
+        if let Some(corner) = self.unclipped(face) {
             return rows(&corner, self.size);
         }
         let mut all: Option<(usize, usize)> = None;
-        self.pieces(face, |t| {
+        self.triangles(face, |t| {
             let (first, last) = all.unwrap_or(t.rows);
             all = Some((first.min(t.rows.0), last.max(t.rows.1)));
         });
         all
     }
 
-    /// The triangles on the screen that a face becomes: one, or when the near plane cuts it, up to
-    /// two, or none.
+    /// Calls `take` for each triangle on the screen that a face becomes: one; when the near plane
+    /// clips it, up to two; or none.
     #[inline]
-    fn pieces(&self, face: usize, mut take: impl FnMut(&Screen)) {
+    fn triangles(&self, face: usize, mut take: impl FnMut(&Screen)) {
         let points = self.mesh.faces[face].map(|i| self.vertices[i as usize]);
-        if let Some(corner) = self.whole(face) {
+        if let Some(corner) = self.unclipped(face) {
             let inverse_depth = points.map(|p| 1.0 / p.z);
-            let whole = place(face as u32, corner, inverse_depth, None, self.size);
-            return whole.iter().for_each(take);
+            let triangle = on_screen(face as u32, corner, inverse_depth, None, self.size);
+            return triangle.iter().for_each(take);
         }
         if let 1 | 2 = points.iter().filter(|p| p.z < self.near).count() {
-            let cut = clipped(face as u32, &points, self.near, self.camera, self.size);
-            cut.iter().for_each(&mut take);
+            let parts = clipped(face as u32, &points, self.near, self.camera, self.size);
+            parts.iter().for_each(&mut take);
         }
     }
 }
 
-/// Pixel of a point in front of the camera; `None` where the lens model folds back on itself and
-/// would draw far outside points into the picture.
+/// Pixel of a point in front of the camera; `None` where the lens model is not monotone and would
+/// project points far outside into the image.
 fn pixel(camera: &Pinhole, point: &Vec3) -> Option<Vec2> {
     let pixel = camera.project(point)?;
     if !camera.distortion.is_none() {
@@ -178,7 +196,7 @@ fn pixel(camera: &Pinhole, point: &Vec3) -> Option<Vec2> {
     Some(pixel)
 }
 
-/// Cuts a face at the near plane (Sutherland and Hodgman 1974) into one or two triangles.
+/// Clips a face at the near plane (Sutherland and Hodgman 1974) into one or two triangles.
 fn clipped(
     face: u32,
     points: &[Vec3; 3],
@@ -210,13 +228,13 @@ fn clipped(
             let [p, q, r] = weights.map(|w| at(&w));
             let corners = [pixel(camera, &p)?, pixel(camera, &q)?, pixel(camera, &r)?];
             let inverse = [1.0 / p.z, 1.0 / q.z, 1.0 / r.z];
-            place(face, corners, inverse, Some(Box::new(weights)), size)
+            on_screen(face, corners, inverse, Some(Box::new(weights)), size)
         })
         .collect()
 }
 
 /// A triangle on the screen, or `None` when it has no area or covers no pixel.
-fn place(
+fn on_screen(
     face: u32,
     corner: [Vec2; 3],
     inverse_depth: [f64; 3],
@@ -231,7 +249,7 @@ fn place(
     Some(Screen { face, corner, inverse_depth, weights, rows })
 }
 
-/// First and last row of pixel centres in the box around a triangle, or `None` where there are
+/// First and last row of pixel centres in the bounding box of a triangle, or `None` where there are
 /// none: small faces often lie between pixels.
 #[inline]
 fn rows([a, b, c]: &[Vec2; 3], (width, height): (usize, usize)) -> Option<(usize, usize)> {
@@ -243,16 +261,16 @@ fn rows([a, b, c]: &[Vec2; 3], (width, height): (usize, usize)) -> Option<(usize
     if !inside {
         return None;
     }
-    let (first, last) = (up(low.y), high.y.min((height - 1) as f64) as usize);
-    // with more slack than the inside test has
-    let column = up(low.x - 1e-6) as f64 <= high.x + 1e-6;
+    let (first, last) = (round_up(low.y), high.y.min((height - 1) as f64) as usize);
+    // with more tolerance than the inside test has
+    let column = round_up(low.x - 1e-6) as f64 <= high.x + 1e-6;
     (first <= last && column).then_some((first, last))
 }
 
-/// The first whole number from a value on, at least 0. (`ceil` is a call into the mathematics
-/// library on common processors.)
+/// The first integer not below a value, at least 0. (`ceil` is a library call on common
+/// processors.)
 #[inline]
-fn up(value: f64) -> usize {
+fn round_up(value: f64) -> usize {
     let below = value as usize;
     below + usize::from((below as f64) < value)
 }
@@ -261,7 +279,7 @@ fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
 
-/// Draws the part of a triangle that lies in the band starting at row `top`.
+/// Draws the part of a triangle in the band that starts at row `top`.
 fn draw(
     t: &Screen,
     top: usize,
@@ -300,9 +318,7 @@ fn draw(
                 let own = scaled.map(|s| s / inverse);
                 let weights = match &t.weights {
                     None => own,
-                    Some(cut) => {
-                        [0, 1, 2].map(|i| (0..3).map(|piece| own[piece] * cut[piece][i]).sum())
-                    }
+                    Some(cut) => [0, 1, 2].map(|i| (0..3).map(|k| own[k] * cut[k][i]).sum()),
                 };
                 barycentric[row + x] = weights.map(|v: f64| v as f32);
             }
@@ -331,5 +347,5 @@ fn span(
         }
     }
     // from here on `high` is at least 0, so that the cast rounds down
-    (low <= high).then(|| (up(low), high as usize)).filter(|(first, last)| first <= last)
+    (low <= high).then(|| (round_up(low), high as usize)).filter(|(first, last)| first <= last)
 }

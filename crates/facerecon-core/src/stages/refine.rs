@@ -40,10 +40,13 @@ use crate::{choices, settings};
 
 use binning::Binning;
 use descent::descend;
-use image::{RowSpline, smoothed};
+use image::RowSpline;
 use photometry::PhotometricModel;
 use samples::Sample;
 use stiffness::{Stiffness, depth_ratio};
+
+/// The smoothing before matching is cut off at this many standard deviations.
+const SMOOTH_CUTOFF: f64 = 3.5;
 
 choices! {
     /// How disparity is measured.
@@ -206,7 +209,7 @@ pub fn refine(
 
     let binning = Binning::for_pitch(pitch_px);
     let pitch = pitch_px / binning.factor();
-    let working = |photo: &Gray| smoothed(&binning.reduce(photo), params.smooth_px);
+    let working = |photo: &Gray| binning.reduce(photo).blurred_to(params.smooth_px, SMOOTH_CUTOFF);
     let working_left = working(left);
     let working_right = RowSpline::new(&working(&rows::levelled(right, &inside)));
 

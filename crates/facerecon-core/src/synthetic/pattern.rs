@@ -7,9 +7,7 @@ mod stripes;
 pub use design::Design;
 pub use stripes::{PALETTE, STRIPE_PERIOD, Stripe, stripe};
 
-use rayon::prelude::*;
-
-use crate::data::{Pattern, PatternKind, Raster, Rgb};
+use crate::data::{Pattern, PatternKind, Rgb};
 use crate::settings::{SettingsError, Value};
 use crate::stages::{ErrorKind, StageError};
 use crate::{choices, settings};
@@ -134,23 +132,19 @@ pub fn pattern_image(params: &PatternParams) -> Result<Rgb, PatternError> {
             needed_px: LEAST_SPACING_PX,
         });
     }
-    let pixels: Vec<[u8; 3]> = (0..width * height)
-        .into_par_iter()
-        .map(|i| {
-            let mut sum = [0.0; 3];
-            for sample in 0..SAMPLES * SAMPLES {
-                let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
-                let x = (i % width) as f64 + offset(sample % SAMPLES);
-                let y = (i / width) as f64 + offset(sample / SAMPLES);
-                let color = design.light(design.lattice(x, y), EDGE_PX / design.spacing_px);
-                for k in 0..3 {
-                    sum[k] += color[k] / (SAMPLES * SAMPLES) as f64;
-                }
+    Ok(Rgb::par_from_fn(width, height, |x, y| {
+        let mut sum = [0.0; 3];
+        for sample in 0..SAMPLES * SAMPLES {
+            let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
+            let u = x as f64 + offset(sample % SAMPLES);
+            let v = y as f64 + offset(sample / SAMPLES);
+            let color = design.light(design.lattice(u, v), EDGE_PX / design.spacing_px);
+            for k in 0..3 {
+                sum[k] += color[k] / (SAMPLES * SAMPLES) as f64;
             }
-            sum.map(|light| crate::render::srgb_from_linear(light).round() as u8)
-        })
-        .collect();
-    Ok(Raster::from_vec(width, height, pixels).unwrap_or_else(|| Rgb::filled(1, 1, [0; 3])))
+        }
+        sum.map(|light| crate::render::srgb_from_linear(light).round() as u8)
+    }))
 }
 
 #[cfg(test)]

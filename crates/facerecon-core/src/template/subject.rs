@@ -7,7 +7,6 @@ use super::sculpt::{Proportions, Sculpt};
 use super::skin::Skin;
 use crate::data::Raster;
 use crate::math::Vec3;
-use rayon::prelude::*;
 
 /// A made-up person.
 #[derive(Clone, Debug)]
@@ -214,15 +213,9 @@ impl Subject {
                 }
             }
         }
-        let data = owner
-            .data()
-            .par_iter()
-            .map(
-                |(outside, q)| {
-                    if *outside < f64::MAX { self.skin.albedo(q) } else { self.skin.plain() }
-                },
-            )
-            .collect();
-        Raster::from_vec(size, size, data).unwrap_or_else(|| Raster::filled(0, 0, [0.0; 3]))
+        Raster::par_from_fn(size, size, |x, y| {
+            let (outside, q) = owner.at(x, y);
+            if outside < f64::MAX { self.skin.albedo(&q) } else { self.skin.plain() }
+        })
     }
 }

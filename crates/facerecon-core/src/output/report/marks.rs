@@ -95,23 +95,6 @@ pub fn coverage(seen: &Raster<u8>) -> Rgb {
     })
 }
 
-/// A colour from blue over white-ish green to red for a value in `low..=high`, readable on dark and
-/// bright skin alike.
-pub fn ramp(value: f64, low: f64, high: f64) -> [u8; 3] {
-    const STOPS: [[f64; 3]; 5] = [
-        [49.0, 54.0, 149.0],
-        [69.0, 159.0, 220.0],
-        [120.0, 220.0, 130.0],
-        [253.0, 190.0, 70.0],
-        [215.0, 48.0, 39.0],
-    ];
-    let t = if high > low { ((value - low) / (high - low)).clamp(0.0, 1.0) } else { 0.5 };
-    let position = if t.is_nan() { 0.0 } else { t * 4.0 };
-    let k = (position as usize).min(3);
-    let f = position - k as f64;
-    std::array::from_fn(|c| (STOPS[k][c] * (1.0 - f) + STOPS[k + 1][c] * f).round() as u8)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,12 +117,5 @@ mod tests {
         let seen = Raster::from_vec(3, 1, vec![SEEN_LEFT | SEEN_RIGHT, SEEN_EXTRA, FILLED]);
         let colors = coverage(&seen.unwrap());
         assert_eq!(colors.data(), [[220, 220, 40], [40, 40, 220], [48, 48, 48]]);
-    }
-
-    #[test]
-    fn the_ramp_runs_from_blue_to_red() {
-        assert_eq!(ramp(0.0, 0.0, 1.0), [49, 54, 149]);
-        assert_eq!(ramp(9.0, 0.0, 1.0), [215, 48, 39]);
-        assert_eq!(ramp(1.0, 1.0, 1.0), [120, 220, 130]);
     }
 }

@@ -8,7 +8,7 @@ use crate::data::{Capture, PatternKind, Rgb};
 use crate::math::{Vec2, percentile};
 use crate::output::{Kept, Record};
 use crate::pipeline::Reconstruction;
-use crate::render::{Mode, Scene, Studio, View};
+use crate::render::{Mode, Scene, Studio, View, disparity_color};
 
 /// Bins of the histograms: narrow enough to show the two peaks of face and background.
 const HISTOGRAM_BINS: usize = 40;
@@ -144,7 +144,7 @@ fn marked_photo(
             Side::Left => m.left,
             Side::Right => m.right,
         };
-        (position(pixel), marks::ramp(*disparity, low, high))
+        (position(pixel), disparity_color(*disparity, low, high))
     });
     marks::crosses(&mut image, crosses);
     let found = match capture.pattern.kind {

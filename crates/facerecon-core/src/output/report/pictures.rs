@@ -44,16 +44,7 @@ pub(super) fn scaled_down(image: &Rgb, width: usize) -> Rgb {
     if k == 1 {
         return image.clone();
     }
-    Rgb::par_from_fn(image.width() / k, image.height() / k, |x, y| {
-        let mut sum = [0u32; 3];
-        for dy in 0..k {
-            for dx in 0..k {
-                let p = image.at(x * k + dx, y * k + dy);
-                (0..3).for_each(|c| sum[c] += u32::from(p[c]));
-            }
-        }
-        sum.map(|s| (s / (k * k) as u32) as u8)
-    })
+    image.block_sums(k).map(|sum| sum.map(|s| (s / (k * k) as u32) as u8))
 }
 
 /// Side of the block of pixels that becomes one pixel in a picture at most `shown` wide.

@@ -12,17 +12,8 @@ const MAX_FACTOR: usize = 8;
 
 /// Means of `bin` x `bin` blocks; pixels that are not finite count as black.
 pub(super) fn binned(image: &Gray, bin: usize) -> Gray {
-    let bin = bin.max(1);
-    let (width, height) = (image.width() / bin, image.height() / bin);
-    let scale = 1.0 / (bin * bin) as f32;
-    Raster::from_fn(width, height, |x, y| {
-        let block = (0..bin).flat_map(|j| (0..bin).map(move |i| (x * bin + i, y * bin + j)));
-        let sum: f32 = block
-            .map(|(i, j)| image.at(i, j))
-            .map(|v| if v.is_finite() { v.clamp(0.0, 255.0) } else { 0.0 })
-            .sum();
-        sum * scale
-    })
+    let finite = image.map(|v| if v.is_finite() { v.clamp(0.0, 255.0) } else { 0.0 });
+    finite.block_means(bin.max(1))
 }
 
 /// Coordinates of the given and of the working photos.

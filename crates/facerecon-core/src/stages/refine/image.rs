@@ -1,37 +1,9 @@
-//! Pictures made ready for matching: lightly smoothed, interpolated along rows.
+//! Pictures made ready for matching: shifted along columns, interpolated along rows.
 
 use rayon::prelude::*;
 
-use crate::data::{Gray, Raster};
-
-/// Gaussian smoothing, border pixels repeated; `sigma_px` 0 leaves the picture alone.
-pub(super) fn smoothed(image: &Gray, sigma_px: f64) -> Gray {
-    let (width, height) = image.size();
-    if sigma_px <= 0.0 || width == 0 || height == 0 {
-        return image.clone();
-    }
-    let reach = (3.5 * sigma_px).ceil() as isize;
-    let bell = |i: isize| (-(i * i) as f64 / (2.0 * sigma_px * sigma_px)).exp();
-    let total: f64 = (-reach..=reach).map(bell).sum();
-    let kernel: Vec<f32> = (-reach..=reach).map(|i| (bell(i) / total) as f32).collect();
-    let mut across = image.clone();
-    across.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        for (x, out) in row.iter_mut().enumerate() {
-            let taps = kernel.iter().zip(-reach..=reach);
-            *out = taps.map(|(k, i)| k * image.clamped(x as isize + i, y as isize)).sum();
-        }
-    });
-    let mut down = Raster::filled(width, height, 0.0f32);
-    down.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        for (k, i) in kernel.iter().zip(-reach..=reach) {
-            let source = across.row((y as isize + i).clamp(0, height as isize - 1) as usize);
-            for (out, v) in row.iter_mut().zip(source) {
-                *out += k * v;
-            }
-        }
-    });
-    down
-}
+use crate::data::Gray;
+use crate::data::sampling::catmull_rom;
 
 /// The picture with every pixel fetched from `shift(x, y)` pixels further down (Catmull-Rom).
 pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync) -> Gray {
@@ -41,10 +13,7 @@ pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync)
             let source = y as f64 + shift(x as f64, y as f64).clamp(-MAX_SHIFT_PX, MAX_SHIFT_PX);
             let (base, t) = (source.floor(), (source - source.floor()) as f32);
             let v = |k: isize| image.clamped(x as isize, base as isize + k);
-            let (a, b, c, d) = (v(-1), v(0), v(1), v(2));
-            *out = b + 0.5
-                * t
-                * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
+            *out = catmull_rom([v(-1), v(0), v(1), v(2)], t);
         }
     });
     out
@@ -136,13 +105,6 @@ mod tests {
         }
         assert!(spline.sample(0.5, 0).is_none() && spline.sample(58.5, 0).is_none());
         assert!(spline.sample(f64::NAN, 0).is_none());
-    }
-
-    #[test]
-    fn smoothing_keeps_the_sum() {
-        let image = Gray::from_fn(9, 9, |x, y| if (x, y) == (4, 4) { 100.0 } else { 0.0 });
-        let total: f32 = smoothed(&image, 0.7).data().iter().sum();
-        assert!((total - 100.0).abs() < 0.1, "{total}");
     }
 
     #[test]

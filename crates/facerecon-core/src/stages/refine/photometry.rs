@@ -6,6 +6,8 @@ use rayon::prelude::*;
 use super::image::RowSpline;
 use super::noise::Noise;
 use super::spline::Spline;
+use crate::data::blur::gaussian_sums;
+use crate::data::sampling::{Cell, bilinear};
 use crate::data::{Gray, Raster};
 
 /// Grey levels are taken relative to this one, so that sums of their squares stay small.
@@ -214,24 +216,18 @@ impl LocalGain {
                 }
             }
         });
-        let sums = blurred(&sums, columns, rows, model.gain_sigma_px / size as f64);
+        let sums = gaussian_sums(&sums, columns, rows, model.gain_sigma_px / size as f64);
         let values = sums.iter().map(means_and_gain).collect();
         Self { size: size as f64, columns, rows, values }
     }
 
     /// Bilinear between the centres of the blocks.
     fn at(&self, x: usize, y: usize) -> [f32; 3] {
-        let along = |v: usize, n: usize| {
-            let c = ((v as f64 + 0.5) / self.size - 0.5).clamp(0.0, (n - 1) as f64);
-            let i = (c as usize).min(n.max(2) - 2);
-            (i, (i + 1).min(n - 1), (c - i as f64) as f32)
-        };
-        let ((i, i2, s), (j, j2, t)) = (along(x, self.columns), along(y, self.rows));
-        let v = |i: usize, j: usize| &self.values[j * self.columns + i];
-        let (a, b, c, d) = (v(i, j), v(i2, j), v(i, j2), v(i2, j2));
-        std::array::from_fn(|k| {
-            (a[k] * (1.0 - s) + b[k] * s) * (1.0 - t) + (c[k] * (1.0 - s) + d[k] * s) * t
-        })
+        let along = |v: usize| (v as f64 + 0.5) / self.size - 0.5;
+        let cell = Cell::clamped(along(x), along(y), (self.columns, self.rows));
+        let corners = cell.corners(|i, j| self.values[j * self.columns + i]);
+        let fraction = cell.fraction.map(|f| f as f32);
+        std::array::from_fn(|k| bilinear(corners.map(|c| c[k]), fraction))
     }
 }
 
@@ -243,35 +239,4 @@ fn means_and_gain(sums: &Sums) -> [f32; 3] {
     let variance_right = (sums[4] / n - r * r).max(0.0) + GAIN_VARIANCE;
     let gain = (variance_left / variance_right).sqrt().clamp(GAIN_RANGE.0, GAIN_RANGE.1);
     [l as f32 + MIDDLE, r as f32 + MIDDLE, gain as f32]
-}
-
-/// Gaussian blur of a grid of sums, nothing beyond its border; weights are 1 in the middle, not
-/// normalised.
-pub(super) fn blurred<const N: usize>(
-    grid: &[[f64; N]],
-    columns: usize,
-    rows: usize,
-    sigma: f64,
-) -> Vec<[f64; N]> {
-    let reach = (3.0 * sigma).ceil() as isize;
-    let bell = |i: isize| (-(i * i) as f64 / (2.0 * sigma * sigma)).exp();
-    let kernel: Vec<f64> = (-reach..=reach).map(bell).collect();
-    let pass = |source: &[[f64; N]], dx: isize, dy: isize| -> Vec<[f64; N]> {
-        (0..columns * rows)
-            .into_par_iter()
-            .map(|k| {
-                let (i, j) = ((k % columns) as isize, (k / columns) as isize);
-                let mut sum = [0.0; N];
-                for (w, o) in kernel.iter().zip(-reach..=reach) {
-                    let (u, v) = (i + dx * o, j + dy * o);
-                    if u >= 0 && v >= 0 && u < columns as isize && v < rows as isize {
-                        let s = &source[v as usize * columns + u as usize];
-                        sum.iter_mut().zip(s).for_each(|(a, b)| *a += w * b);
-                    }
-                }
-                sum
-            })
-            .collect()
-    };
-    pass(&pass(grid, 1, 0), 0, 1)
 }

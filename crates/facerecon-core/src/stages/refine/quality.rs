@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::photometry::{Linearisation, PhotometricModel, blurred};
+use super::photometry::{Linearisation, PhotometricModel};
 use super::spline::Spline;
+use crate::data::blur::gaussian_sums;
 use crate::data::{Gray, Raster};
 
 /// Share of a window's random error that remains in the surface, which its stiffness smooths.
@@ -110,7 +111,7 @@ impl Windows {
                 }
             }
         });
-        let sums = blurred(&sums, columns, rows, WINDOW_SIGMA * pitch / size as f64);
+        let sums = gaussian_sums(&sums, columns, rows, WINDOW_SIGMA * pitch / size as f64);
         Self { size, columns, sums }
     }
 

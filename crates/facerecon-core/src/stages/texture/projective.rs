@@ -1,109 +1,115 @@
-//! The photos laid on the head through their cameras and blended into one seamless picture.
+//! The photos projected onto the head through their cameras and blended into one seamless texture.
 //!
 //! A texel takes its fine detail from the photo that sees it best and its broad shading from a
-//! soft mixture of all that see it (multi-band blending, Burt and Adelson 1983). What none sees is
-//! taken from the mirrored side of the face, and the rest is painted in from its surroundings.
+//! smooth mixture of all that see it (multi-band blending, Burt and Adelson 1983). Texels that no
+//! photo shows take the colour of the mirrored side of the face; the rest is filled in from its
+//! surroundings.
 
 mod bands;
 mod blend;
 mod exposure;
 mod fill;
 mod motion;
+mod paint;
 mod photo;
+mod posed_camera;
 mod reduce;
 mod subject;
 mod texels;
+mod visibility;
+mod weights;
 
 use rayon::prelude::*;
 
-use super::{Texture, TextureError, TextureInput, TextureParams};
-use crate::observer::{Event, Observer};
-
+use super::error::TextureError;
+use super::input::{TextureInput, TexturePhoto};
+use super::output::Texture;
+use super::params::TextureParams;
+use crate::observer::Observer;
+use bands::Bands;
+use blend::Blending;
 use photo::Photo;
+use posed_camera::PosedCamera;
 use reduce::Reduced;
 use texels::Texels;
 
-crate::settings! {
-    /// Texture from photos with cameras.
-    pub struct ProjectiveParams {
-        /// Whether a movement of the head between the patterned and the plain photos is looked for
-        /// and corrected.
-        motion: bool = true;
-        /// Whether the photos' exposures are brought to that of the first.
-        exposure: bool = true;
-        /// Whether what no photo sees is taken from the other side of the face where that is seen.
-        mirror: bool = true;
-        /// A point counts as hidden when it lies this much behind what the camera sees.
-        bias_mm: f64 = 0.5, range 0.0..=100.0, unit "mm";
-        /// Pixels this near to an edge in depth are not used, for edges are never exactly in place;
-        /// three times as near to the outline of the head, behind which the background shows.
-        edge_px: f64 = 3.0, range 0.0..=5.0, unit "px";
-        /// Surfaces seen at a flatter angle than this cosine are not used.
-        least_cosine: f64 = 0.15, range 0.0..=0.99;
-    }
-}
+/// Weights and smooth colours are computed on a grid coarser than the texture by this factor: they
+/// change slowly, and time and memory fall with its square.
+const COARSE: usize = 4;
+/// Least size of that grid, texels.
+const LEAST_COARSE_SIZE: usize = 16;
 
-/// Projects the photos.
+/// Projects and blends the photos.
 pub(super) fn texture(
     input: &TextureInput<'_>,
     params: &TextureParams,
-    obs: &dyn Observer,
+    observer: &dyn Observer,
 ) -> Result<Texture, TextureError> {
     let own = &params.projective;
     if input.photos.is_empty() {
         return Err(TextureError::Photos { got: 0, needed: 1 });
     }
-    let kept = photo::usable(input, obs);
-    let input = &TextureInput { photos: &kept, ..*input };
-    let mut views = photo::views(input)?;
-    let small: Vec<Option<Reduced>> = (views.iter_mut().zip(input.photos))
-        .map(|(view, photo)| Reduced::new(input.mesh, photo, view, params.size))
+    let usable = usable(input, observer);
+    let mut cameras = cameras(&usable)?;
+    let reduced: Vec<Option<Reduced>> = (cameras.iter_mut().zip(&usable))
+        .map(|(camera, photo)| Reduced::new(input.mesh, photo, camera, params.size))
         .collect();
-    let lent: Vec<_> = (small.iter().zip(input.photos))
-        .map(|(small, photo)| small.as_ref().map_or(*photo, |s| s.lend(photo)))
+    let given: Vec<_> = (reduced.iter().zip(&usable))
+        .map(|(reduced, photo)| reduced.as_ref().map_or(*photo, |r| r.photo(photo)))
         .collect();
-    let input = &TextureInput { photos: &lent, ..*input };
+    let input = &TextureInput { photos: &given, ..*input };
+
     let mut head_motion = None;
     if own.motion
-        && views.len() > 1
-        && let Some(found) = motion::between_photos(input, &views, own)?
+        && cameras.len() > 1
+        && let Some(found) = motion::between_photos(input, &cameras, own)?
     {
-        views.iter_mut().for_each(|v| v.follow(&found));
-        let message = found.in_words();
-        obs.event(&Event::Warning { stage: "texture", message: &message });
+        cameras.iter_mut().for_each(|c| c.follow(&found.moved_from_mesh));
+        observer.warn("texture", &found.to_string());
         head_motion = Some(found);
     }
-    stop(obs)?;
+    observer.check()?;
+
     let measured: Vec<_> = input.photos.iter().flat_map(|p| p.dots).map(|d| d.point).collect();
-    let mut photos = views
-        .par_iter()
-        .zip(input.photos)
-        .map(|(view, given)| Photo::new(input.mesh, view, given.image, own.edge_px, &measured))
+    let mut photos = (cameras.par_iter().zip(input.photos))
+        .map(|(camera, given)| Photo::new(input.mesh, camera, given.image, own.edge_px, &measured))
         .collect::<Result<Vec<_>, _>>()?;
-    stop(obs)?;
-    // Weights and everything smooth are worked out on a grid four times as coarse.
-    let coarse = Texels::new(input.mesh, (params.size / 4).max(16))?;
-    let weights = blend::weights(&coarse, &photos, own);
+    observer.check()?;
+
+    let coarse = Texels::new(input.mesh, (params.size / COARSE).max(LEAST_COARSE_SIZE))?;
+    let weights = weights::weights(&coarse, &photos, own);
     if own.exposure {
         exposure::equalise(&coarse, &mut photos, &weights);
     }
-    stop(obs)?;
-    let bands: Vec<_> = photos.iter().map(bands::Bands::new).collect();
-    let blending = blend::Blending::new(&coarse, &photos, &bands, &weights);
+    observer.check()?;
+
+    let bands: Vec<_> = photos.iter().map(Bands::new).collect();
+    let blending = Blending::new(&coarse, &photos, &bands, &weights);
     let surroundings = fill::push_pull(&coarse, &blending);
-    stop(obs)?;
+    observer.check()?;
+
     let fine = Texels::new(input.mesh, params.size)?;
-    let sharp: Vec<_> = bands.iter().map(|b| &b.levels[0]).collect();
-    let (image, coverage) = blend::paint(&fine, &photos, &sharp, &blending, &surroundings);
+    let (image, coverage) = paint::paint(&fine, &photos, &bands, &blending, &surroundings);
     Ok(Texture { image, coverage, head_motion })
 }
 
-fn stop(obs: &dyn Observer) -> Result<(), TextureError> {
-    obs.check()?;
-    Ok(())
+/// The photos whose camera is known or can be found: the pair, and further ones with a camera.
+fn usable<'a>(input: &TextureInput<'a>, observer: &dyn Observer) -> Vec<TexturePhoto<'a>> {
+    let fits = |&(i, p): &(usize, &TexturePhoto<'_>)| i < 2 || p.camera.is_some();
+    let kept: Vec<_> = input.photos.iter().enumerate().filter(fits).map(|(_, p)| *p).collect();
+    let dropped = input.photos.len() - kept.len();
+    if dropped > 0 {
+        let message = format!(
+            "{dropped} further photo(s) not used for the texture, without a camera in the frame of the mesh; add a calibration of the pair"
+        );
+        observer.warn("texture", &message);
+    }
+    kept
 }
 
-pub use motion::HeadMotion;
+fn cameras(photos: &[TexturePhoto<'_>]) -> Result<Vec<PosedCamera>, TextureError> {
+    photos.iter().enumerate().map(|(index, photo)| PosedCamera::of_photo(index, photo)).collect()
+}
 
 #[cfg(test)]
 mod tests;

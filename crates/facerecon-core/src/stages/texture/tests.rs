@@ -1,5 +1,6 @@
 use super::*;
-use crate::math::Vec3;
+use crate::data::{Mesh, Rgb};
+use crate::math::{Vec2, Vec3};
 
 /// A half cylinder facing +z, unrolled on the texture map between u 0.1 .. 0.9, v 0.2 .. 0.8.
 fn half_cylinder() -> Mesh {
@@ -22,7 +23,7 @@ fn half_cylinder() -> Mesh {
     mesh
 }
 
-/// Seen straight from the front at 1.5 px a mm, shifted by `shift` px; an oval of it, as of a face.
+/// Seen from the front at 1.5 px per mm, shifted by `shift` px; an oval of it, as of a face.
 fn dots(mesh: &Mesh, shift: f64) -> Vec<TextureDot> {
     (0..mesh.vertices.len())
         .filter(|i| (i % 31).abs_diff(15).pow(2) + (i / 31).abs_diff(15).pow(2) <= 225)
@@ -34,7 +35,7 @@ fn dots(mesh: &Mesh, shift: f64) -> Vec<TextureDot> {
         .collect()
 }
 
-/// A photo whose red says x / 2 and whose green says y / 2; blue marks which photo it is.
+/// A photo whose red is x / 2 and whose green is y / 2; blue identifies the photo.
 fn photo(shift: usize, blue: u8) -> Rgb {
     Rgb::from_fn(330, 340, |x, y| [(x.saturating_sub(shift) / 2) as u8, (y / 2) as u8, blue])
 }
@@ -54,15 +55,15 @@ fn made(params: &TextureParams) -> Texture {
 #[test]
 fn every_line_of_the_region_is_filled_for_both_boundaries() {
     for boundary in [Boundary::Hexagon, Boundary::Rectangle] {
-        for (stretches, size) in [(1, 256), (10, 256), (10, 1500)] {
-            let params = TextureParams { boundary, stretches, size, ..TextureParams::default() };
+        for (segments, size) in [(1, 256), (10, 256), (10, 1500)] {
+            let params = TextureParams { boundary, segments, size, ..TextureParams::default() };
             let out = made(&params);
             assert_eq!(out.image.size(), (size, size));
             let row = |v: f64| ((1.0 - v) * size as f64 - 0.5).round() as usize;
             for y in row(0.8) + 1..row(0.2) {
                 let seen = out.coverage.row(y).iter().filter(|c| **c != FILLED).count();
-                let least = if stretches == 1 { size / 3 } else { 1 };
-                assert!(seen >= least, "{boundary} {stretches}: row {y} of {size} has {seen}");
+                let least = if segments == 1 { size / 3 } else { 1 };
+                assert!(seen >= least, "{boundary} {segments}: row {y} of {size} has {seen}");
             }
             assert!(out.coverage.row(row(0.8) - 3).iter().all(|c| *c == FILLED));
         }
@@ -72,7 +73,7 @@ fn every_line_of_the_region_is_filled_for_both_boundaries() {
 #[test]
 fn the_hexagon_is_half_as_wide_at_its_ends() {
     let params =
-        TextureParams { size: 400, stretches: 1, source: Source::Left, ..TextureParams::default() };
+        TextureParams { size: 400, segments: 1, source: Source::Left, ..TextureParams::default() };
     let out = made(&params);
     let width = |y: usize| out.coverage.row(y).iter().filter(|c| **c == SEEN_LEFT).count() as f64;
     let widths: Vec<f64> = (80..=319).map(width).filter(|w| *w > 0.0).collect();
@@ -82,12 +83,12 @@ fn the_hexagon_is_half_as_wide_at_its_ends() {
 }
 
 #[test]
-fn colours_land_at_the_texels_of_their_vertices() {
+fn colours_are_at_the_texels_of_their_vertices() {
     let params =
         TextureParams { size: 512, boundary: Boundary::Rectangle, ..TextureParams::default() };
     let out = made(&params);
     let mesh = half_cylinder();
-    let mut misses = Vec::new();
+    let mut residuals = Vec::new();
     for TextureDot { vertex: i, pixel: position, .. } in dots(&mesh, 0.0) {
         let [u, v] = mesh.uvs[i];
         let (x, y) = ((u * 512.0) as usize, ((1.0 - v) * 512.0) as usize);
@@ -95,26 +96,26 @@ fn colours_land_at_the_texels_of_their_vertices() {
             continue;
         }
         let [r, g, blue] = out.image.at(x, y);
-        misses.push((Vec2::new(f64::from(r), f64::from(g)) * 2.0 - position).norm());
-        let wanted = if u < 0.49 { 50 } else { 90 };
-        assert!(blue == wanted || (u - 0.5).abs() < 0.02, "halves come from their photos");
+        residuals.push((Vec2::new(f64::from(r), f64::from(g)) * 2.0 - position).norm());
+        let expected = if u < 0.49 { 50 } else { 90 };
+        assert!(blue == expected || (u - 0.5).abs() < 0.02, "halves come from their photos");
     }
-    assert!(misses.len() > 500);
-    let median = crate::math::median(&misses).unwrap();
+    assert!(residuals.len() > 500);
+    let median = crate::math::median(&residuals).unwrap();
     assert!(median < 3.0, "{median} px");
 }
 
 #[test]
-fn one_stretch_is_the_even_spreading_of_the_thesis() {
+fn one_segment_is_the_even_stretching_of_the_thesis() {
     let params = TextureParams {
         size: 400,
         boundary: Boundary::Rectangle,
-        stretches: 1,
+        segments: 1,
         source: Source::Left,
         ..TextureParams::default()
     };
     let out = made(&params);
-    // u 0.1 .. 0.9 spreads the photo's 46.3 .. 253.7 evenly
+    // u 0.1 .. 0.9 takes the photo's 46.3 .. 253.7 evenly
     let half = 1.5 * 70.0 * (0.45 * std::f64::consts::PI).sin();
     for x in [60usize, 150, 200, 330] {
         let t = (x as f64 + 0.5 - 40.0) / 320.0;
@@ -142,7 +143,7 @@ fn one_wrong_dot_does_not_move_the_boundary() {
 }
 
 #[test]
-fn what_is_missing_is_named() {
+fn missing_input_is_named() {
     let mesh = half_cylinder();
     let left = photo(0, 50);
     let all = dots(&mesh, 0.0);

@@ -2,6 +2,7 @@
 
 use super::geometry::Rig;
 use super::{SimulateError, SimulateParams, Subject};
+use crate::data::sampling::{Cell, bilinear};
 use crate::data::{Mesh, Raster, Rgb};
 use crate::math::{Similarity, Vec3};
 use crate::render::{ambient_openness, linear_from_srgb, rasterize, sample_texture, supersampled};
@@ -162,11 +163,9 @@ impl<'a> Lamps<'a> {
             return 0.0; // outside the picture of the projector
         }
         let slack = (SHADOW_BIAS_MM / cosine.max(0.1)) as f32;
-        let (x0, y0) = (x as usize, y as usize);
-        let (fx, fy) = (x - x0 as f64, y - y0 as f64);
         let open = |x, y| if depth as f32 <= self.shadow.at(x, y) + slack { 1.0 } else { 0.0 };
-        (open(x0, y0) * (1.0 - fx) + open(x0 + 1, y0) * fx) * (1.0 - fy)
-            + (open(x0, y0 + 1) * (1.0 - fx) + open(x0 + 1, y0 + 1) * fx) * fy
+        let cell = Cell::clamped(x, y, (w, h));
+        bilinear(cell.corners(open), cell.fraction)
     }
 
     /// Albedo of a point, linear.

@@ -16,6 +16,9 @@ const SAMPLES: usize = 3;
 /// Rows of the photo drawn at a time: bounds the memory at any resolution.
 const STRIP: usize = 128;
 
+/// The lens blur is cut off at this many standard deviations.
+const BLUR_CUTOFF: f64 = 4.0;
+
 /// A colour picture in linear light.
 pub(super) type Linear = Raster<[f32; 3]>;
 
@@ -69,44 +72,13 @@ pub(super) fn expose(
     }
     let picture = |value: fn(&Light) -> [f32; 3]| {
         let raster = Raster::from_fn(width, height, |x, y| value(&light[y * width + x].0));
-        blurred(&raster, params.blur_px)
+        raster.blurred_to(params.blur_px, BLUR_CUTOFF)
     };
     Ok(Exposed {
         pattern: picture(|l| l.pattern),
         plain: picture(|l| l.plain),
         subject: light.iter().map(|l| l.1).collect(),
     })
-}
-
-/// Gaussian blur, borders continued.
-fn blurred(image: &Linear, sigma: f64) -> Linear {
-    if sigma <= 0.0 {
-        return image.clone();
-    }
-    let reach = (4.0 * sigma).ceil() as isize;
-    let kernel: Vec<f64> =
-        (-reach..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
-    let total: f64 = kernel.iter().sum();
-    let kernel: Vec<f32> = kernel.iter().map(|k| (k / total) as f32).collect();
-    let (width, height) = image.size();
-    let pass = |from: &Linear, dx: isize, dy: isize| {
-        let pixels: Vec<[f32; 3]> = (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                let (x, y) = ((i % width) as isize, (i / width) as isize);
-                let mut sum = [0.0f32; 3];
-                for (k, weight) in (-reach..=reach).zip(&kernel) {
-                    let value = from.clamped(x + k * dx, y + k * dy);
-                    for c in 0..3 {
-                        sum[c] += weight * value[c];
-                    }
-                }
-                sum
-            })
-            .collect();
-        Raster::from_vec(width, height, pixels).unwrap_or_else(|| from.clone())
-    };
-    pass(&pass(image, 1, 0), 0, 1)
 }
 
 /// How much light makes white.
@@ -147,28 +119,23 @@ pub(super) fn develop(
     // coded values between the entries of a table; fine enough to leave no trace after rounding
     let table: Vec<f64> = (0..=TABLE).map(|k| srgb_from_linear(k as f64 / TABLE as f64)).collect();
     let well = params.full_well_e;
-    let pixels: Vec<[u8; 3]> = image
-        .data()
-        .par_iter()
-        .enumerate()
-        .map(|(i, pixel)| {
-            [0, 1, 2].map(|k| {
-                let mut light = f64::from(pixel[k]) * exposure.factor;
-                if well > 0.0 {
-                    let electrons = light * well;
-                    let deviation =
-                        (electrons.max(0.0) + params.read_noise_e * params.read_noise_e).sqrt();
-                    let draw = gaussian(params.seed, number as u64, (3 * i + k) as u64);
-                    light = (electrons + deviation * draw) / well;
-                }
-                let position = light.clamp(0.0, 1.0) * TABLE as f64;
-                let low = (position as usize).min(TABLE - 1);
-                let value = table[low] + (table[low + 1] - table[low]) * (position - low as f64);
-                value.round() as u8
-            })
+    Rgb::par_from_fn(width, height, |x, y| {
+        let (i, pixel) = (y * width + x, image.at(x, y));
+        [0, 1, 2].map(|k| {
+            let mut light = f64::from(pixel[k]) * exposure.factor;
+            if well > 0.0 {
+                let electrons = light * well;
+                let deviation =
+                    (electrons.max(0.0) + params.read_noise_e * params.read_noise_e).sqrt();
+                let draw = gaussian(params.seed, number as u64, (3 * i + k) as u64);
+                light = (electrons + deviation * draw) / well;
+            }
+            let position = light.clamp(0.0, 1.0) * TABLE as f64;
+            let low = (position as usize).min(TABLE - 1);
+            let value = table[low] + (table[low + 1] - table[low]) * (position - low as f64);
+            value.round() as u8
         })
-        .collect();
-    Raster::from_vec(width, height, pixels).unwrap_or_else(|| Rgb::filled(1, 1, [0; 3]))
+    })
 }
 
 const TABLE: usize = 8192;

@@ -1,18 +1,27 @@
-//! Equal exposure: gain and offset of each channel, in linear light, from what two photos share.
+//! Equal exposure: gain and offset of each channel, in linear light, from texels that two photos
+//! share.
 
 use rayon::prelude::*;
 
-use super::blend::Weights;
-use super::photo::{Photo, bilinear};
+use super::photo::Photo;
 use super::texels::Texels;
-use crate::data::Raster;
+use super::weights::Weights;
 use crate::math::{mad, median};
-use crate::render::srgb_from_linear;
 
-/// Texels that two photos must share before one follows the other.
+/// Texels that two photos must share before one is matched to the other; fewer leave median and
+/// spread uncertain.
 const LEAST_SHARED: usize = 300;
+/// One texel in this many is compared.
+const STRIDE: usize = 3;
+/// Weight from which a photo sees a texel well enough.
+const LEAST_WEIGHT: f32 = 0.05;
+/// Medians and spreads (linear light, 0 to 1) below this are black: there is nothing to match.
+const BLACK: f64 = 1e-4;
+/// Largest ratio of the gain by spread to the gain by median: exposure changes both alike, and a
+/// greater difference comes from shading.
+const MAX_CONTRAST: f64 = 1.3;
 
-/// Brings all photos to the exposure of the first, or of one already brought to it.
+/// Matches all photos to the exposure of the first, or of one already matched.
 pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo<'_>], weights: &Weights) {
     for p in 1..photos.len() {
         for reference in 0..p {
@@ -28,27 +37,30 @@ pub(super) fn equalise(texels: &Texels<'_>, photos: &mut [Photo<'_>], weights: &
     }
 }
 
-/// Colours of both photos at texels that both see well.
+/// Colours (linear light) of both photos at texels that both see well.
 fn shared(
     texels: &Texels<'_>,
     photos: &[Photo<'_>],
     weights: &Weights,
     pair: [usize; 2],
 ) -> Vec<[[f32; 3]; 2]> {
-    let light = pair.map(|p| photos[p].looked_up(&photos[p].tones));
-    let seen = |i: usize| pair.iter().all(|&p| weights.sharp[p].data()[i] > 0.05);
+    let light = pair.map(|p| photos[p].linear());
+    let visible = |i: usize| pair.iter().all(|&p| weights.direct[p].data()[i] > LEAST_WEIGHT);
     (0..texels.size * texels.size)
         .into_par_iter()
-        .filter(|i| i % 3 == 0 && seen(*i))
+        .filter(|i| i % STRIDE == 0 && visible(*i))
         .filter_map(|i| {
             let point = texels.position(i)?;
-            let color = |k: usize| Some(bilinear(&light[k], photos[pair[k]].project(&point)?.0));
+            let color = |k: usize| {
+                let (pixel, _) = photos[pair[k]].camera.project(&point)?;
+                Some(light[k].bilinear_clamped(pixel.x, pixel.y))
+            };
             Some([color(0)?, color(1)?])
         })
         .collect()
 }
 
-/// Gain and offset that bring the second photo to the first. By spread and middle, not by
+/// Gain and offset that match the second photo to the first. From spread and median, not by
 /// regression: noise in either photo would flatten a regression's slope.
 fn fit(shared: &[[[f32; 3]; 2]], channel: usize) -> (f32, f32) {
     let list =
@@ -58,16 +70,10 @@ fn fit(shared: &[[[f32; 3]; 2]], channel: usize) -> (f32, f32) {
     else {
         return (1.0, 0.0);
     };
-    if !(mb > 1e-4 && sb > 1e-4) {
+    if !(mb > BLACK && sb > BLACK) {
         return (1.0, 0.0);
     }
-    // the spread may suggest a third more or less contrast than the middle, but not another photo
-    let by_middle = ma / mb;
-    let gain = (sa / sb).clamp(by_middle / 1.3, by_middle * 1.3);
+    let by_median = ma / mb;
+    let gain = (sa / sb).clamp(by_median / MAX_CONTRAST, by_median * MAX_CONTRAST);
     (gain as f32, (ma - gain * mb) as f32)
-}
-
-/// A photo's sRGB values, 0 to 255, in its new exposure.
-pub(super) fn encode(photo: &Photo<'_>) -> Raster<[f32; 3]> {
-    photo.looked_up(&photo.tones.map(|t| t.map(|v| srgb_from_linear(f64::from(v)) as f32)))
 }

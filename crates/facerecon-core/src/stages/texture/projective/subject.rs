@@ -1,101 +1,94 @@
-//! Which part of a photo shows the subject, and which the wall behind: the head ends where the
-//! photo says, not where the mesh does (ears and the back of the jaw are seldom measured).
+//! The part of a photo that shows the subject rather than the wall behind: it ends where the photo
+//! shows it, not where the mesh does, since ears and the back of the jaw are seldom measured.
 //!
-//! Measured dots lie on the subject, and what is well outside the mesh does not. From both, paths
-//! grow over the picture, dear where colours change; a pixel belongs to whose path reaches it first
-//! (geodesic segmentation, Bai and Sapiro 2007).
+//! Measured dots lie on the subject, and pixels well outside the mesh do not. From both, paths grow
+//! over the image at a cost that rises with the change of colour; a pixel takes the label whose path
+//! reaches it first (geodesic segmentation, Bai and Sapiro 2007).
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::photo::Photo;
+use super::posed_camera::PosedCamera;
+use super::visibility::Visibility;
 use crate::data::{Raster, Rgb};
 use crate::math::{Vec2, Vec3};
 
-/// Pictures are looked at in about this width, pixels.
-const WIDTH: usize = 256;
-/// What is outside the mesh by more than this part of the picture's width is no subject.
-const CLEAR: f64 = 0.018;
+/// The photo is reduced to about this width, pixels: enough for an outline, and fast.
+const WIDTH_PX: usize = 256;
+/// Pixels farther from the mesh than this fraction of the image width are no subject.
+const MARGIN: f64 = 0.018;
 /// Fewer visible dots than this do not say where the subject is.
 const LEAST_DOTS: usize = 20;
-/// A dot is seen where its point lies no farther behind the drawn surface, mm.
-const BEHIND_MM: f64 = 4.0;
+/// A dot is visible where its point is within this distance of the visible surface, mm.
+const VISIBLE_MM: f64 = 4.0;
 /// Change of colour from one pixel to the next that is noise, grey levels.
 const NOISE: i32 = 4;
+/// Cost of a step between equal colours, and of a grey level of change above the noise: an edge of
+/// ten grey levels counts as much as a detour of 24 pixels.
+const STEP_COST: u32 = 1;
+const CHANGE_COST: i32 = 4;
 
+// Labels; of equal costs the smaller label wins.
 const UNKNOWN: u8 = 0;
 const SUBJECT: u8 = 1;
 const WALL: u8 = 2;
 
 /// The subject's part of a photo.
-pub(super) struct Subject {
+pub(super) struct SubjectMask {
     /// 1 on the subject, 0 off it; coarser than the photo.
     mask: Raster<f32>,
+    /// Pixels of the photo along a pixel of the mask.
     step: usize,
 }
 
-impl Subject {
-    /// From points measured on the subject (mesh frame); `None` where too few are seen to tell.
-    pub fn new(photo: &Photo<'_>, points: &[Vec3]) -> Option<Self> {
-        let (width, height) = photo.image.size();
-        let step = width.div_ceil(WIDTH).max(1);
+impl SubjectMask {
+    /// From points measured on the subject (mesh frame); `None` where too few are visible.
+    pub fn new(
+        image: &Rgb,
+        camera: &PosedCamera,
+        visibility: &Visibility,
+        points: &[Vec3],
+    ) -> Option<Self> {
+        let (width, height) = image.size();
+        let step = width.div_ceil(WIDTH_PX).max(1);
         let (w, h) = (width / step, height / step);
         if w < 3 || h < 3 {
             return None;
         }
-        let picture = shrunk(photo.image, step, (w, h));
-        let mut seeds = Raster::filled(w, h, UNKNOWN);
-        let seen = |point: &Vec3| -> Option<(usize, usize)> {
-            let (pixel, depth) = photo.project(point)?;
-            let (behind, _) = photo.sight.behind(pixel, depth)?;
+        let visible = |point: &Vec3| -> Option<(usize, usize)> {
+            let (pixel, depth) = camera.project(point)?;
+            let (behind, _) = visibility.behind(pixel, depth)?;
             let (x, y) = (pixel.x as usize / step, pixel.y as usize / step);
-            (behind.abs() < BEHIND_MM && x < w && y < h).then_some((x, y))
+            (behind.abs() < VISIBLE_MM && x < w && y < h).then_some((x, y))
         };
-        let dots: Vec<_> = points.iter().filter_map(seen).collect();
+        let dots: Vec<_> = points.iter().filter_map(visible).collect();
         if dots.len() < LEAST_DOTS {
             return None;
         }
-        let drawn = Raster::from_fn(w, h, |x, y| {
-            photo.shows_head(x * step + step / 2, y * step + step / 2)
+        let mesh = Raster::from_fn(w, h, |x, y| {
+            visibility.shows_mesh(x * step + step / 2, y * step + step / 2)
         });
-        let clear = (CLEAR * w as f64).ceil() as usize;
-        let near = dilated(&drawn, clear);
-        for (seed, near) in seeds.data_mut().iter_mut().zip(near.data()) {
-            if !near {
-                *seed = WALL;
-            }
-        }
+        let near_mesh = dilated(&mesh, (MARGIN * w as f64).ceil() as usize);
+        let mut seeds = near_mesh.map(|near| if near { UNKNOWN } else { WALL });
         dots.iter().for_each(|&(x, y)| seeds.set(x, y, SUBJECT));
-        let labels = grown(&picture, seeds);
-        // the last pixel mixes both
+        let count = (step * step) as u32;
+        let small = image.block_sums(step).map(|sum| sum.map(|s| (s / count) as i32));
+        let labels = grown(&small, seeds);
+        // the last pixel mixes both colours
         let wall = dilated(&labels.map(|l| l == WALL), 1);
         Some(Self { mask: wall.map(|wall| if wall { 0.0 } else { 1.0 }), step })
     }
 
-    /// How surely a pixel of the photo shows the subject, 0 to 1.
+    /// Degree to which a pixel of the photo shows the subject, 0 to 1.
     pub fn at(&self, pixel: Vec2) -> f32 {
-        let place =
+        let to_mask =
             |v: f64, n: usize| ((v + 0.5) / self.step as f64 - 0.5).clamp(0.0, (n - 1) as f64);
         let (w, h) = self.mask.size();
-        self.mask.bilinear(place(pixel.x, w), place(pixel.y, h)).unwrap_or(1.0)
+        self.mask.bilinear(to_mask(pixel.x, w), to_mask(pixel.y, h)).unwrap_or(1.0)
     }
 }
 
-/// Means of blocks of `step` pixels.
-fn shrunk(image: &Rgb, step: usize, (w, h): (usize, usize)) -> Raster<[i32; 3]> {
-    let count = (step * step) as i32;
-    Raster::par_from_fn(w, h, |x, y| {
-        let mut sum = [0i32; 3];
-        for j in 0..step {
-            for p in &image.row(y * step + j)[x * step..(x + 1) * step] {
-                (0..3).for_each(|c| sum[c] += i32::from(p[c]));
-            }
-        }
-        sum.map(|s| s / count)
-    })
-}
-
-/// What lies no more than `reach` rows and columns from a marked pixel.
+/// Pixels no more than `reach` rows and columns from a marked one.
 fn dilated(marked: &Raster<bool>, reach: usize) -> Raster<bool> {
     let (w, h) = marked.size();
     let across = Raster::from_fn(w, h, |x, y| {
@@ -106,10 +99,10 @@ fn dilated(marked: &Raster<bool>, reach: usize) -> Raster<bool> {
     })
 }
 
-/// The label whose cheapest path reaches a pixel first (Dijkstra 1959, whole numbers; of equals the
-/// subject's). Without any wall all is subject.
-fn grown(picture: &Raster<[i32; 3]>, seeds: Raster<u8>) -> Raster<u8> {
-    let (w, h) = picture.size();
+/// For each pixel the label whose path reaches it at the lowest cost (Dijkstra 1959; whole numbers,
+/// so that the result is exact).
+fn grown(image: &Raster<[i32; 3]>, seeds: Raster<u8>) -> Raster<u8> {
+    let (w, h) = image.size();
     let mut labels = seeds;
     let mut cost = vec![u32::MAX; w * h];
     let mut heap = BinaryHeap::new();
@@ -124,10 +117,10 @@ fn grown(picture: &Raster<[i32; 3]>, seeds: Raster<u8>) -> Raster<u8> {
             continue;
         }
         let (x, y) = (i % w, i / w);
-        let mut offer = |j: usize| {
-            let (a, b) = (picture.data()[i], picture.data()[j]);
+        let mut relax = |j: usize| {
+            let (a, b) = (image.data()[i], image.data()[j]);
             let change = (0..3).map(|c| (a[c] - b[c]).abs()).max().unwrap_or(0);
-            let next = here + 1 + 4 * (change - NOISE).max(0) as u32;
+            let next = here + STEP_COST + (CHANGE_COST * (change - NOISE).max(0)) as u32;
             if next < cost[j] {
                 cost[j] = next;
                 labels.data_mut()[j] = label;
@@ -135,16 +128,16 @@ fn grown(picture: &Raster<[i32; 3]>, seeds: Raster<u8>) -> Raster<u8> {
             }
         };
         if x > 0 {
-            offer(i - 1);
+            relax(i - 1);
         }
         if x + 1 < w {
-            offer(i + 1);
+            relax(i + 1);
         }
         if y > 0 {
-            offer(i - w);
+            relax(i - w);
         }
         if y + 1 < h {
-            offer(i + w);
+            relax(i + w);
         }
     }
     labels
@@ -158,7 +151,7 @@ mod tests {
     fn labels_meet_at_the_edge_of_colour() {
         // a light disc of radius 12 on a dark ramp
         let inside = |x: usize, y: usize| x.abs_diff(20).pow(2) + y.abs_diff(20).pow(2) <= 144;
-        let picture = Raster::from_fn(60, 40, |x, y| {
+        let image = Raster::from_fn(60, 40, |x, y| {
             if inside(x, y) { [180 + x as i32 % 3, 140, 120] } else { [20 + x as i32, 22, 25] }
         });
         let seeds = Raster::from_fn(60, 40, |x, y| match (x, y) {
@@ -166,14 +159,14 @@ mod tests {
             (0 | 59, _) | (_, 0 | 39) => WALL,
             _ => UNKNOWN,
         });
-        let labels = grown(&picture, seeds);
+        let labels = grown(&image, seeds);
         for y in 0..40 {
             for x in 0..60 {
-                let wanted = if inside(x, y) { SUBJECT } else { WALL };
-                assert_eq!(labels.at(x, y), wanted, "{x} {y}");
+                let expected = if inside(x, y) { SUBJECT } else { WALL };
+                assert_eq!(labels.at(x, y), expected, "{x} {y}");
             }
         }
-        let all = grown(&picture, Raster::from_fn(60, 40, |x, _| u8::from(x == 30)));
+        let all = grown(&image, Raster::from_fn(60, 40, |x, _| u8::from(x == 30)));
         assert!(all.data().iter().all(|l| *l == SUBJECT));
     }
 

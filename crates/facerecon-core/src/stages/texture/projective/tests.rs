@@ -1,13 +1,15 @@
+use std::cell::RefCell;
+
 use nalgebra::Rotation3;
 
 use super::super::{
     FILLED, SEEN_LEFT, SEEN_RIGHT, Texture, TextureError, TextureInput, TextureMethod,
     TextureParams, TexturePhoto, texture,
 };
-use crate::camera::Pinhole;
-use crate::camera::resect;
+use crate::camera::{Pinhole, resect};
 use crate::data::{Gray, Mesh, Rgb};
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
+use crate::observer::{Event, Observer};
 use crate::render::{NO_FACE, rasterize};
 
 const SIZE: (usize, usize) = (480, 400);
@@ -16,13 +18,13 @@ fn camera() -> Pinhole {
     Pinhole::ideal(1700.0, Vec2::new(239.5, 199.5))
 }
 
-/// The built-in head 1.3 m before a camera that stands `x` mm to the side.
+/// The built-in head 1.3 m in front of a camera `x` mm to the side.
 fn pose(x: f64) -> Similarity {
     let turn = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
     Similarity::rigid(turn, Vec3::new(-x, 10.0, 1300.0))
 }
 
-/// Skin of a smooth pattern in space, seen without shading.
+/// Skin with a smooth pattern in space, without shading.
 fn skin(p: &Vec3) -> [f64; 3] {
     let wave = |a: f64, b: f64| (p.x / a + 1.3 * (p.y / b).sin()).sin() * (p.y / a + p.x / b).cos();
     [
@@ -53,6 +55,18 @@ fn params() -> TextureParams {
     TextureParams { method: TextureMethod::Projective, size: 1024, ..TextureParams::default() }
 }
 
+/// Collects the warnings of the stage.
+#[derive(Default)]
+struct Warnings(RefCell<Vec<String>>);
+
+impl Observer for Warnings {
+    fn event(&self, event: &Event<'_>) {
+        if let Event::Warning { stage: "texture", message } = event {
+            self.0.borrow_mut().push((*message).to_owned());
+        }
+    }
+}
+
 fn given<'a>(image: &'a Rgb, patterned: Option<&'a Gray>, pose: Similarity) -> TexturePhoto<'a> {
     TexturePhoto { image, camera: Some((camera(), pose)), patterned, dots: &[] }
 }
@@ -61,9 +75,9 @@ fn made(mesh: &Mesh, photos: &[TexturePhoto<'_>]) -> Texture {
     texture(&TextureInput { mesh, photos, template_texture: None }, &params(), &()).unwrap()
 }
 
-/// RMS difference in grey levels between the painted texture and the skin, over texels that are
-/// coded as seen and lie on the front.
-fn miss(mesh: &Mesh, made: &Texture) -> f64 {
+/// RMS difference in grey levels between the texture and the skin, over visible texels on the
+/// front.
+fn rms_error(mesh: &Mesh, made: &Texture) -> f64 {
     let size = made.image.width() as f64;
     let (mut sum, mut count) = (0.0, 0.0);
     for (face, uv) in mesh.faces.iter().zip(&mesh.face_uvs) {
@@ -94,7 +108,7 @@ fn two_photos_give_the_skin_and_exposures_are_matched() {
     let (left, right) = (photo(&mesh, &a, 1.0), photo(&mesh, &b, 0.8));
     let made = made(&mesh, &[given(&left, None, a), given(&right, None, b)]);
     assert!(made.head_motion.is_none(), "{:?}", made.head_motion);
-    let rms = miss(&mesh, &made);
+    let rms = rms_error(&mesh, &made);
     assert!(rms < 4.0, "{rms}"); // 36 dB; texels lie between pixels
     let codes = made.coverage.data();
     assert!(codes.iter().any(|c| c & SEEN_LEFT != 0) && codes.iter().any(|c| c & SEEN_RIGHT != 0));
@@ -105,8 +119,8 @@ fn two_photos_give_the_skin_and_exposures_are_matched() {
 }
 
 #[test]
-fn what_is_hidden_is_not_painted_with_what_hides_it() {
-    // a red card before the left half of the face, part of the mesh
+fn hidden_texels_do_not_take_the_colour_of_what_hides_them() {
+    // a red card in front of the left half of the face, part of the mesh
     let mut mesh = crate::template::head().mesh;
     let n = mesh.vertices.len() as u32;
     for (x, y) in [(10.0, -40.0), (60.0, -40.0), (60.0, 60.0), (10.0, 60.0)] {
@@ -145,13 +159,16 @@ fn a_head_that_moved_is_followed() {
         (photo(&mesh, &a.compose(&moved), 1.0), photo(&mesh, &b.compose(&moved), 1.0));
     let then = [photo(&mesh, &a, 1.0).to_gray(), photo(&mesh, &b, 1.0).to_gray()];
     let photos = [given(&left, Some(&then[0]), a), given(&right, Some(&then[1]), b)];
-    let made = made(&mesh, &photos);
+    let warnings = Warnings::default();
+    let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
+    let made = texture(&input, &params(), &warnings).unwrap();
     let found = made.head_motion.unwrap();
+    assert_eq!(*warnings.0.borrow(), [found.to_string()], "one warning, as an event");
     for p in mesh.vertices.iter().filter(|p| p.z > 60.0) {
         let off = (found.moved_from_mesh.apply(p) - moved.apply(p)).norm();
         assert!(off < 0.5, "{off} mm");
     }
-    assert!(miss(&mesh, &made) < 6.0, "{}", miss(&mesh, &made));
+    assert!(rms_error(&mesh, &made) < 6.0, "{}", rms_error(&mesh, &made));
 }
 
 #[test]
@@ -165,7 +182,7 @@ fn the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_camera_comes_from_dots_or_is_asked_for() {
+fn a_camera_is_found_from_dots_or_required() {
     let mesh = crate::template::head().mesh;
     let at = pose(30.0);
     let points: Vec<Vec3> =
@@ -190,8 +207,26 @@ fn a_camera_comes_from_dots_or_is_asked_for() {
     assert!(resect(&points[..8], &pixels[..8]).is_none());
 
     let image = photo(&mesh, &at, 1.0);
-    let photos = [TexturePhoto { image: &image, camera: None, patterned: None, dots: &[] }];
+    let without = TexturePhoto { image: &image, camera: None, patterned: None, dots: &[] };
+    let photos = [without];
     let input = TextureInput { mesh: &mesh, photos: &photos, template_texture: None };
     let error = texture(&input, &params(), &()).unwrap_err();
     assert!(matches!(error, TextureError::NoCamera { photo: 0, dots: 0, .. }), "{error}");
+}
+
+#[test]
+fn further_photos_without_a_camera_are_left_out_with_a_warning() {
+    let mesh = crate::template::head_coarse().mesh;
+    let (a, b) = (pose(-70.0), pose(70.0));
+    let images = [photo(&mesh, &a, 1.0), photo(&mesh, &b, 1.0)];
+    let pair = [given(&images[0], None, a), given(&images[1], None, b)];
+    let further = TexturePhoto { image: &images[0], camera: None, patterned: None, dots: &[] };
+    let warnings = Warnings::default();
+    let all = [pair[0], pair[1], further];
+    let input = TextureInput { mesh: &mesh, photos: &all, template_texture: None };
+    let with = texture(&input, &params(), &warnings).unwrap();
+    assert_eq!(with.image, made(&mesh, &pair).image);
+    let warnings = warnings.0.borrow();
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].starts_with("1 further photo"), "{}", warnings[0]);
 }

@@ -1,6 +1,6 @@
-//! Which point of the head each texel shows.
+//! The point of the head that each texel shows.
 
-use super::super::TextureError;
+use super::super::error::TextureError;
 use crate::camera::Pinhole;
 use crate::data::{Mesh, Raster};
 use crate::math::{Similarity, Vec2, Vec3};
@@ -16,23 +16,22 @@ pub(super) struct Texels<'a> {
 }
 
 impl<'a> Texels<'a> {
-    /// The UV layout drawn like a flat mesh; texel centres as in the picture, v up.
+    /// Draws the UV layout as a flat mesh; texel centres are at integers, v is up.
     pub fn new(mesh: &'a Mesh, size: usize) -> Result<Self, TextureError> {
         let s = size as f64;
-        let place = |uv: &[f64; 2]| Vec3::new(uv[0] * s - 0.5, (1.0 - uv[1]) * s - 0.5, 1.0);
+        let to_texel = |uv: &[f64; 2]| Vec3::new(uv[0] * s - 0.5, (1.0 - uv[1]) * s - 0.5, 1.0);
         let layout = Mesh {
-            vertices: mesh.uvs.iter().map(place).collect(),
+            vertices: mesh.uvs.iter().map(to_texel).collect(),
             faces: mesh.face_uvs.clone(),
             ..Mesh::default()
         };
         let flat = Pinhole::ideal(1.0, Vec2::zeros());
-        let drawn = rasterize(&layout, &flat, &Similarity::identity(), (size, size))
-            .map_err(|e| TextureError::Draw(e.to_string()))?;
+        let drawn = rasterize(&layout, &flat, &Similarity::identity(), (size, size))?;
         let normals = mesh.vertex_normals();
         Ok(Self { size, mesh, normals, face: drawn.face, barycentric: drawn.barycentric })
     }
 
-    /// Corners and barycentric weights of a texel; `None` off the islands.
+    /// Corners and barycentric weights of a texel; `None` off the mesh.
     #[inline]
     pub fn corners(&self, index: usize) -> Option<([usize; 3], [f64; 3])> {
         let face = self.face.data()[index];
@@ -42,14 +41,14 @@ impl<'a> Texels<'a> {
         })
     }
 
-    /// Position and unit normal of a texel, mesh frame; `None` off the islands.
+    /// Position and unit normal of a texel, mesh frame; `None` off the mesh.
     pub fn point(&self, index: usize) -> Option<(Vec3, Vec3)> {
         let (corners, weights) = self.corners(index)?;
         let mix = |list: &[Vec3]| -> Vec3 { (0..3).map(|k| list[corners[k]] * weights[k]).sum() };
         Some((mix(&self.mesh.vertices), mix(&self.normals).try_normalize(1e-12)?))
     }
 
-    /// Position of a texel alone.
+    /// Position of a texel, mesh frame; `None` off the mesh.
     #[inline]
     pub fn position(&self, index: usize) -> Option<Vec3> {
         let (corners, w) = self.corners(index)?;
