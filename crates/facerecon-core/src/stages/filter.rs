@@ -14,7 +14,6 @@ mod tests;
 pub use sharpen::sharpen;
 
 use equalize::{equalize_clahe, equalize_global};
-use sharpen::blur;
 use threshold::{otsu_level, threshold_fixed, threshold_local};
 
 use crate::data::Gray;
@@ -164,7 +163,7 @@ pub fn filter(
     let equalized = equalize(image, params);
     observer.check()?;
     let source = equalized.as_ref().unwrap_or(image);
-    let sharpened = sharpen(&blur(source, params.smooth_px), &params.kernel)?;
+    let sharpened = sharpen(&source.blurred_f64(params.smooth_px), &params.kernel)?;
     let sum: f64 = params.kernel.iter().sum();
     if (sum - 1.0).abs() > KERNEL_SUM_TOLERANCE {
         let message = format!(

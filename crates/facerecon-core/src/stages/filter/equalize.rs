@@ -1,6 +1,7 @@
 //! Histogram equalisation, of the whole photo or of tiles.
 
 use crate::data::Gray;
+use crate::data::sampling::{Cell, bilinear};
 
 /// One bin for each 8 bit grey level.
 const BINS: usize = 256;
@@ -43,21 +44,15 @@ pub(super) fn equalize_clahe(image: &Gray, tiles: usize, clip_limit: f64) -> Gra
             mapping(&histogram)
         })
         .collect();
-    // position of a pixel between tile centres: the two nearest tiles and the weight of the second
-    let beside = |p: usize, size: usize, tiles: usize| {
-        let t =
-            ((p as f64 + 0.5) * tiles as f64 / size as f64 - 0.5).clamp(0.0, tiles as f64 - 1.0);
-        let low = t as usize;
-        (low, (low + 1).min(tiles - 1), (t - low as f64) as f32)
-    };
+    // position of a pixel among the tile centres
+    let among =
+        |p: usize, size: usize, tiles: usize| (p as f64 + 0.5) * tiles as f64 / size as f64 - 0.5;
     Gray::from_fn(width, height, |x, y| {
-        let (x0, x1, fx) = beside(x, width, columns);
-        let (y0, y1, fy) = beside(y, height, rows);
+        let (tx, ty) = (among(x, width, columns), among(y, height, rows));
+        let cell = Cell::clamped(tx, ty, (columns, rows));
         let grey = bin(image.at(x, y));
-        let map = |column: usize, row: usize| maps[row * columns + column][grey];
-        let top = map(x0, y0) * (1.0 - fx) + map(x1, y0) * fx;
-        let bottom = map(x0, y1) * (1.0 - fx) + map(x1, y1) * fx;
-        top * (1.0 - fy) + bottom * fy
+        let corners = cell.corners(|column, row| maps[row * columns + column][grey]);
+        bilinear(corners, cell.fraction.map(|f| f as f32))
     })
 }
 

@@ -1,6 +1,4 @@
-//! Convolutions: the sharpening kernel of Eq. 2.1 and the blur before it.
-
-use rayon::prelude::*;
+//! Convolution with the sharpening kernel of Eq. 2.1.
 
 use super::FilterError;
 use crate::data::Gray;
@@ -20,7 +18,9 @@ pub fn sharpen(image: &Gray, kernel: &[f64]) -> Result<Gray, FilterError> {
         return Err(FilterError::KernelEntry { got: *got });
     }
     let half = (side / 2) as isize;
-    Ok(by_rows(image, |x, y| {
+    let (width, height) = image.size();
+    Ok(Gray::par_from_fn(width, height, |x, y| {
+        let (x, y) = (x as isize, y as isize);
         let mut sum = 0.0;
         for (row, line) in kernel.chunks_exact(side).enumerate() {
             for (column, weight) in line.iter().enumerate() {
@@ -32,45 +32,4 @@ pub fn sharpen(image: &Gray, kernel: &[f64]) -> Result<Gray, FilterError> {
         }
         sum.clamp(0.0, 255.0) as f32
     }))
-}
-
-/// Standard deviations below this, pixels, leave the photo as it is.
-const MIN_SIGMA_PX: f64 = 1e-3;
-/// The Gaussian is cut off at this many standard deviations.
-const CUT_OFF: f64 = 3.0;
-
-/// Gaussian blur in double precision with border pixels repeated outward; a deviation of 0 copies.
-pub(super) fn blur(image: &Gray, sigma_px: f64) -> Gray {
-    if !(sigma_px > MIN_SIGMA_PX) || image.data().is_empty() {
-        return image.clone();
-    }
-    let reach = (CUT_OFF * sigma_px).ceil() as isize;
-    let weights: Vec<f64> =
-        (-reach..=reach).map(|d| (-0.5 * (d as f64 / sigma_px).powi(2)).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    let pass = |image: &Gray, along_x: bool| {
-        by_rows(image, |x, y| {
-            let sum: f64 = (-reach..=reach)
-                .zip(&weights)
-                .map(|(d, weight)| {
-                    let (dx, dy) = if along_x { (d, 0) } else { (0, d) };
-                    weight * f64::from(image.clamped(x + dx, y + dy))
-                })
-                .sum();
-            (sum / total) as f32
-        })
-    };
-    pass(&pass(image, true), false)
-}
-
-/// Computes every pixel from its coordinates, rows in parallel.
-fn by_rows(image: &Gray, pixel: impl Fn(isize, isize) -> f32 + Sync) -> Gray {
-    let (width, height) = image.size();
-    let mut out = Gray::filled(width, height, 0.0);
-    out.data_mut().par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-        for (x, value) in row.iter_mut().enumerate() {
-            *value = pixel(x as isize, y as isize);
-        }
-    });
-    out
 }

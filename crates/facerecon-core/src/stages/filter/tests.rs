@@ -169,13 +169,13 @@ fn clahe_with_one_tile_and_no_limit_is_global_and_tiles_adapt_to_their_brightnes
 #[test]
 fn the_blur_preserves_a_plane_and_the_sum() {
     let plane = Gray::from_fn(31, 31, |x, y| 2.0 * x as f32 + 3.0 * y as f32);
-    let out = blur(&plane, 1.3);
+    let out = plane.blurred_f64(1.3);
     assert!((out.at(15, 15) - plane.at(15, 15)).abs() < 1e-3);
     let mut spike = Gray::filled(31, 31, 0.0);
     spike.set(15, 15, 100.0);
-    let out = blur(&spike, 1.3);
+    let out = spike.blurred_f64(1.3);
     assert!((out.data().iter().sum::<f32>() - 100.0).abs() < 1e-2);
     // the peak of a Gaussian of deviation 1.3
     assert!((out.at(15, 15) - 100.0 / (std::f32::consts::TAU * 1.69)).abs() < 0.1);
-    assert_eq!(blur(&spike, 0.0), spike);
+    assert_eq!(spike.blurred_f64(0.0), spike);
 }
