@@ -111,7 +111,7 @@ fn measure_disparity(
     let (left, right) = (&rectified.left, &rectified.right);
     let mut refined =
         run.stage("refine", |o| refine(left, right, rig, &found.matches, &params.refine, o))?;
-    match_remaining_dots(&mut refined, [&dots[0], &dots[1]], params.refine.lone_sigma_px);
+    match_remaining_dots(&mut refined, [&dots[0], &dots[1]], params.refine.unmatched_sigma_px);
     Ok((refined.matches.clone(), Some(refined)))
 }
 

@@ -93,7 +93,7 @@ settings! {
         min_agreement: f64 = 0.5, range 0.0..=1.0;
         /// Dots detected in one photo only are matched through the surface where its standard
         /// deviation is at most this; 0 leaves them out.
-        lone_sigma_px: f64 = 0.15, range 0.0..=10.0, unit "px";
+        unmatched_sigma_px: f64 = 0.15, range 0.0..=10.0, unit "px", alias "lone_sigma_px";
         /// Points become holes where the surface is tilted further away from the cameras.
         max_tilt_deg: f64 = 82.0, range 10.0..=89.0, unit "degrees";
     }

@@ -56,7 +56,7 @@ settings! {
         /// only they connect: hair, bridges between holes.
         min_width: f64 = 1.5, range 0.0..=10.0;
         /// Connected components with less than this share of the largest one's extent are removed.
-        min_part: f64 = 0.1, range 0.0..=1.0;
+        min_component_share: f64 = 0.1, range 0.0..=1.0, alias "min_part";
         /// Steps of smoothing that take the grid's steps off the border; vertices inside do not
         /// move.
         border_steps: usize = 30, range 0.0..=100.0;
@@ -228,7 +228,8 @@ pub fn surface(
     filters::remove_ears(&mut patch);
     manifold::split_shared_nodes(&mut patch);
     let subject: Vec<Vec2> = input.on_subject.iter().map(|&i| pixels[i]).collect();
-    let components = components::keep_subject(&mut patch, &subject, params.min_part, pitch_px);
+    let components =
+        components::keep_subject(&mut patch, &subject, params.min_component_share, pitch_px);
     if patch.faces.is_empty() {
         let (max_edge, max_tilt_deg) = (params.max_edge, params.max_tilt_deg);
         return Err(SurfaceError::NothingLeft { triangles, tilted, max_edge, max_tilt_deg });

@@ -213,3 +213,11 @@ fn an_observer_can_cancel_the_descent() {
         refine(&p.left, &p.right, None, &p.matches, &RefineParams::default(), &stops).unwrap_err();
     assert_eq!(e, RefineError::Cancelled(Cancelled));
 }
+
+#[test]
+fn the_earlier_name_of_a_parameter_is_read() {
+    let mut table = toml::Table::new();
+    crate::settings::set::<RefineParams>(&mut table, "lone_sigma_px", "0.2").unwrap();
+    let params: RefineParams = crate::settings::from_table(table).unwrap();
+    assert_eq!(params.unmatched_sigma_px, 0.2);
+}

@@ -258,7 +258,8 @@ fn strips_and_what_only_they_connect_are_removed() {
     };
     let (dense, matches) = (raster(shape), dots(shape));
     let farthest = |min_width: f64| {
-        let params = SurfaceParams { min_width, min_part: 0.1, ..SurfaceParams::default() };
+        let params =
+            SurfaceParams { min_width, min_component_share: 0.1, ..SurfaceParams::default() };
         let unproject = |p: Vec2, d: f64| Some(Vec3::new(p.x, p.y, -d));
         let input = SurfaceInput {
             disparity: Some(&dense),
