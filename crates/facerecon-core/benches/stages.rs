@@ -18,8 +18,8 @@ use facerecon_core::stages::register::{RegisterInput, register};
 use facerecon_core::stages::smooth::smooth;
 use facerecon_core::stages::surface::{SurfaceInput, surface};
 use facerecon_core::stages::triangulate::triangulate;
-use facerecon_core::synthetic::demo;
-use facerecon_core::synthetic::simulate::{SimulateParams, Simulated, Subject, simulate};
+use facerecon_core::synthetic::Person;
+use facerecon_core::synthetic::simulate::{SimulateParams, Simulated, simulate};
 use facerecon_core::template::{self, Template};
 
 /// Widths of the photos; the number of dots grows with their area.
@@ -44,13 +44,7 @@ struct Scene {
 }
 
 fn photograph(width: usize) -> Simulated {
-    let (head, skin, face) = demo::person(SUBJECT);
-    let subject = Subject {
-        mesh: &head.mesh,
-        texture: Some(&skin),
-        landmarks: Some(&head.landmarks),
-        face: Some(&face),
-    };
+    let person = Person::new(SUBJECT);
     let usual = SimulateParams::default();
     let ratio = width as f64 / usual.width_px as f64;
     let mut rig = SimulateParams {
@@ -62,7 +56,7 @@ fn photograph(width: usize) -> Simulated {
     };
     rig.pattern.columns = (usual.pattern.columns as f64 * ratio).round() as usize;
     rig.pattern.rows = (usual.pattern.rows as f64 * ratio).round() as usize;
-    simulate(&subject, &rig, &()).expect("the virtual rig can be built")
+    simulate(&person.subject(), &rig, &()).expect("the virtual rig can be built")
 }
 
 /// The scene of a photo width, made once.

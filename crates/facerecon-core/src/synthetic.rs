@@ -1,5 +1,10 @@
-//! Captures with known truth: the pattern to project, the virtual rig, the demo.
+//! Captures with known truth: made-up persons, the pattern to project, the virtual rig, the demo.
+//! Floor 6.
 
 pub mod demo;
 pub mod pattern;
+mod person;
+mod random;
 pub mod simulate;
+
+pub use person::Person;

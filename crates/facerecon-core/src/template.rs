@@ -1,71 +1,35 @@
-//! The built-in head and presets for known templates. Floor 2.
+//! Template heads: the built-in head, mesh files as templates, and presets for known ones. Floor 2.
 //!
-//! The head is our own: a function (`sculpt`) from a chart of half the head to space, built from
-//! anthropometric proportions. Stored are only the mesh's places in the chart, its texture
-//! coordinates and its triangles (`assets/`), made by `make`; positions are computed on loading.
+//! The built-in head is this project's own: a function (`sculpt`) maps a chart of half the head to
+//! space, from anthropometric proportions. `assets/` stores only the chart positions of the
+//! vertices, their texture coordinates and the triangles; vertex positions are computed on loading.
+//! `tools/build-head` makes the stored part.
 
-mod asset;
-mod head;
-#[cfg(test)]
-mod layout;
+mod assemble;
+mod built_in;
+mod half_head;
 mod load;
-#[cfg(test)]
-mod make;
-#[cfg(test)]
-mod mesher;
 pub mod presets;
 mod sculpt;
-mod skin;
-mod subject;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod unwrap;
 
-pub use head::Template;
+pub use assemble::Template;
+pub use built_in::{built_in, head, head_coarse, named};
 pub use load::{
     LoadedTemplate, TemplateError, landmarks_toml, load_template, resolve, sidecar_path,
     write_landmarks,
 };
-pub use subject::Subject;
 
-use asset::HalfHead;
-use sculpt::{Proportions, Sculpt};
+pub(crate) use assemble::assemble;
+pub(crate) use built_in::stored_half;
+pub(crate) use sculpt::{Proportions, Sculpt, smoothstep};
 
-const FINE: &[u8] = include_bytes!("../assets/head.bin");
-const COARSE: &[u8] = include_bytes!("../assets/head-coarse.bin");
-
-/// The generic head: a neutral adult of average proportions, about 6,000 vertices, exactly
-/// symmetric, one surface with the neck as its only border. Model frame, mm, origin between the
-/// ears.
-pub fn head() -> Template {
-    let half = HalfHead::decode(FINE);
-    Template { name: "head".into(), ..head::assemble(&Sculpt::new(&Proportions::default()), &half) }
-}
-
-/// The same head with about 830 vertices and the same landmark names.
-pub fn head_coarse() -> Template {
-    let half = HalfHead::decode(COARSE);
-    let made = head::assemble(&Sculpt::new(&Proportions::default()), &half);
-    Template { name: "head-coarse".into(), ..made }
-}
-
-/// The built-in template of a run: the generic head with its coarse mesh.
-pub fn built_in() -> Template {
-    Template { coarse: Some(head_coarse().mesh), ..head() }
-}
-
-/// A built-in head by name: `head` or `head-coarse`.
-pub fn named(name: &str) -> Option<Template> {
-    match name {
-        "head" => Some(built_in()),
-        "head-coarse" => Some(head_coarse()),
-        _ => None,
-    }
-}
-
-/// A made-up person for the virtual rig: like the built-in head, but with an identity and an
-/// asymmetry of its own and with skin, four times as fine. The same seed is the same person.
-pub fn subject(seed: u64) -> Subject {
-    subject::subject(seed, &HalfHead::decode(FINE))
+/// What `tools/build-head` needs. Not part of the public interface.
+#[doc(hidden)]
+pub mod build {
+    pub use super::half_head::{HALF_LANDMARKS, HalfHead};
+    pub use super::sculpt::{
+        Ear, Eye, Mouth, NECK_LATITUDE_DEG, Nose, Proportions, Sculpt, smoothstep,
+    };
 }

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use facerecon_core::evaluate::{CompareParams, Side, compare as run_compare};
+use facerecon_core::evaluate::{CompareParams, MeshRegion, compare as run_compare};
 use facerecon_core::pipeline::{Error, Params, check_capture};
 use facerecon_core::render::{Heat, Mode, Scene, View, contact_sheet};
-use facerecon_core::synthetic::demo::person;
+use facerecon_core::synthetic::Person;
 use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
 use facerecon_core::synthetic::simulate::{
     SimulateParams, Simulated, Subject, simulate as take_photos, write_simulated,
@@ -72,14 +72,8 @@ fn simulate(
             Ok(take_photos(&subject, &params, watch)?)
         }
         None => {
-            let (head, skin, face) = person(subject);
-            let subject = Subject {
-                mesh: &head.mesh,
-                texture: Some(&skin),
-                landmarks: Some(&head.landmarks),
-                face: Some(&face),
-            };
-            Ok(take_photos(&subject, &params, watch)?)
+            let person = Person::new(subject);
+            Ok(take_photos(&person.subject(), &params, watch)?)
         }
     })?;
     Ok(Simulation(made))
@@ -146,8 +140,8 @@ fn compare<'py>(
     let params: CompareParams = command_params(py, &sets)?;
     let (first, second) = (mesh(&first)?, mesh(&second)?);
     let found = watched(py, None, |watch| -> Result<_, Error> {
-        let side = Side { mesh: &first, region: region.as_deref() };
-        Ok(run_compare(&side, &Side::whole(&second), &params, watch)?)
+        let side = MeshRegion { mesh: &first, mask: region.as_deref() };
+        Ok(run_compare(&side, &MeshRegion::whole(&second), &params, watch)?)
     })?;
     Ok((to_json(py, &found)?, PyArray1::from_vec(py, found.vertex_distances)))
 }

@@ -1,6 +1,6 @@
 //! `facerecon compare`.
 
-use facerecon_core::evaluate::{Both, CompareParams, Comparison, Side};
+use facerecon_core::evaluate::{BothDirections, CompareParams, Comparison, MeshRegion};
 use facerecon_core::io;
 
 use super::shared::to_json;
@@ -13,8 +13,8 @@ pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Fai
     let a = io::read_mesh(&args.a)?;
     let b = io::read_mesh(&args.b)?;
     let found = facerecon_core::evaluate::compare(
-        &Side::whole(&a.mesh),
-        &Side::whole(&b.mesh),
+        &MeshRegion::whole(&a.mesh),
+        &MeshRegion::whole(&b.mesh),
         &CompareParams::default(),
         &(),
     )?;
@@ -30,7 +30,7 @@ pub(super) fn compare(args: &CompareArgs, terminal: &Terminal) -> Result<(), Fai
 fn table(found: &Comparison) -> String {
     let mut text =
         String::from("distances, mm             median    mean     p90     p99     max\n");
-    let mut rows = |name: &str, both: &Both| {
+    let mut rows = |name: &str, both: &BothDirections| {
         for (way, d) in [("A to B", &both.first_to_second), ("B to A", &both.second_to_first)] {
             let label = format!("{name}, {way}");
             text.push_str(&format!(

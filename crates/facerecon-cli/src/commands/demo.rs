@@ -26,13 +26,13 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
     output::write_result(
         folder,
         &made.simulated.capture,
-        &made.found,
+        &made.reconstruction,
         &recorder.take(),
         Frame::Model,
         args.keep_stages,
     )?;
     io::image::write_png(&folder.join("picture.png"), &core_demo::picture(&made)?)?;
-    reconstruct::print_summary(&made.found, terminal);
+    reconstruct::print_summary(&made.reconstruction, terminal);
     let error = &made.error;
     terminal.message(format!(
         "Distance from the true face: median {:.3} mm, 90 % within {:.3} mm, 99 % within {:.3} mm.",
@@ -41,7 +41,7 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
     terminal
         .message(format!("wrote {0}; see {0}/report.html and {0}/picture.png", folder.display()));
     if terminal.json {
-        let mut facts = output::result_json(&made.found);
+        let mut facts = output::result_json(&made.reconstruction);
         facts["error_mm"] = json!(error);
         terminal.result(&to_json(&facts));
     }

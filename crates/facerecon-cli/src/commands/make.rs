@@ -5,7 +5,7 @@ use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
 use facerecon_core::synthetic::simulate::{
     SimulateParams, Subject, simulate as take_photos, write_simulated,
 };
-use facerecon_core::{io, synthetic::demo};
+use facerecon_core::{io, synthetic::Person};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -40,21 +40,12 @@ pub(super) fn simulate(args: &SimulateArgs, terminal: &Terminal) -> Result<(), F
         Some(path) => {
             let loaded = io::read_mesh(path)?;
             let (mesh, texture) = (&loaded.mesh, loaded.texture.as_ref());
-            take_photos(
-                &Subject { mesh, texture, landmarks: None, face: None },
-                &params,
-                &progress,
-            )?
+            let subject = Subject { mesh, texture, landmarks: None, face: None };
+            take_photos(&subject, &params, &progress)?
         }
         None => {
-            let (head, skin, face) = demo::person(args.subject);
-            let subject = Subject {
-                mesh: &head.mesh,
-                texture: Some(&skin),
-                landmarks: Some(&head.landmarks),
-                face: Some(&face),
-            };
-            take_photos(&subject, &params, &progress)?
+            let person = Person::new(args.subject);
+            take_photos(&person.subject(), &params, &progress)?
         }
     };
     write_simulated(&args.output, &made)?;

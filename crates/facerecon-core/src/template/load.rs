@@ -1,141 +1,43 @@
-//! Any mesh as the generic face: `--template FILE` with `NAME.landmarks.toml` beside it, or a preset
-//! that knows the file.
+//! Mesh files as templates: with a sidecar `NAME.landmarks.toml`, or with a preset.
 
 mod crop;
+mod error;
 mod sidecar;
 
 use std::path::{Path, PathBuf};
 
+use super::assemble::Template;
+use super::built_in::{head, head_coarse};
 use super::presets::{PRESETS, Preset, preset, presets_with};
-use super::{Template, head, head_coarse};
 use crate::data::{LANDMARKS, Landmarks, Mesh, Rgb};
 use crate::io::{IoError, LengthUnit, read_mesh};
-use crate::math::Vec3;
+pub use error::TemplateError;
 use sidecar::Sidecar;
 pub use sidecar::{landmarks_toml, sidecar_path, write_landmarks};
 
-/// Heights that a head, a face mask or a bust can have, mm.
+/// Possible heights of a face mask, a head or a bust, mm: wide enough for children and for busts,
+/// narrow enough to reject a wrong unit.
 const HEIGHT_MM: std::ops::RangeInclusive<f64> = 100.0..=600.0;
-/// Distances that the outer corners of a person's eyes can have, mm (adults: about 90).
+/// Possible distances between the outer corners of the eyes, mm (adults: about 90).
 const EYES_MM: std::ops::RangeInclusive<f64> = 55.0..=140.0;
 
-/// A template and what is known about it.
+/// A template and its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedTemplate {
     /// Name of the preset, of the sidecar, or of the file.
     pub name: String,
-    /// Mesh and features, model frame, mm.
+    /// Mesh and landmarks, model frame, mm.
     pub template: Template,
-    /// The unit its file is in.
+    /// The unit of its file.
     pub unit: LengthUnit,
-    /// For each vertex its number in the file; they differ where parts were left out.
-    pub kept: Vec<u32>,
-    /// Its own texture, where the file has one.
+    /// For each vertex its index in the file; they differ if the mesh was cropped.
+    pub source_vertices: Vec<u32>,
+    /// Its own texture, if the file has one.
     pub texture: Option<Rgb>,
     /// Height of the mesh, mm.
     pub height_mm: f64,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-}
-
-/// A template that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum TemplateError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Io(#[from] IoError),
-    /// No preset of that name.
-    #[error(
-        "there is no template {name}{hint}; known are head, head-coarse, {known}, or a mesh file"
-    )]
-    Unknown {
-        /// The name given.
-        name: String,
-        /// The nearest name.
-        hint: String,
-        /// The presets.
-        known: String,
-    },
-    /// A preset without a file.
-    #[error(
-        "{name} is known ({title}), but the mesh is not part of this program: give its file, as {name}=FILE"
-    )]
-    NoFile {
-        /// The preset.
-        name: &'static str,
-        /// What it is.
-        title: &'static str,
-    },
-    /// A file that is not the preset's.
-    #[error(
-        "{path} has {got} vertices, but {name} has {expected}; give the right file, or use it without the preset"
-    )]
-    VertexCount {
-        /// The file.
-        path: PathBuf,
-        /// The preset.
-        name: &'static str,
-        /// Vertices found.
-        got: usize,
-        /// Vertices the preset's files have.
-        expected: String,
-    },
-    /// Nobody says what a unit of the file is.
-    #[error(
-        "the unit of {path} is not stated; its coordinates are {height:.4} high{fits}. Write unit = \"mm\" (or cm, m ...) into {sidecar}{preset}"
-    )]
-    UnitMissing {
-        /// The file.
-        path: PathBuf,
-        /// Height in the file's unit.
-        height: f64,
-        /// Which unit would make it a head.
-        fits: String,
-        /// Where to state it.
-        sidecar: PathBuf,
-        /// A preset with as many vertices.
-        preset: String,
-    },
-    /// A head of impossible size.
-    #[error(
-        "with the unit {unit} the template {path} {what} {got_mm:.1} mm, but {low} to {high} mm are possible{fits}; state the right unit, or keep only the head"
-    )]
-    Size {
-        /// The file.
-        path: PathBuf,
-        /// What is measured: its height, or between the eyes' outer corners.
-        what: &'static str,
-        /// The unit.
-        unit: LengthUnit,
-        /// Measured, mm.
-        got_mm: f64,
-        /// Least possible, mm.
-        low: f64,
-        /// Greatest possible, mm.
-        high: f64,
-        /// Which unit would make it a head.
-        fits: String,
-    },
-    /// A feature on a vertex that is not there.
-    #[error("{path}: {name} names vertex {index}, but {reason}")]
-    Landmark {
-        /// The file with the features.
-        path: PathBuf,
-        /// The feature.
-        name: String,
-        /// Its vertex, counted from 0.
-        index: usize,
-        /// Why it cannot be.
-        reason: String,
-    },
-    /// Cropping left no mesh.
-    #[error("{path}: of {vertices} vertices none that make a face are kept; check keep and top_mm")]
-    NothingKept {
-        /// The file.
-        path: PathBuf,
-        /// Vertices of the file.
-        vertices: usize,
-    },
 }
 
 impl LoadedTemplate {
@@ -145,11 +47,11 @@ impl LoadedTemplate {
     }
 }
 
-/// The template of a command line's `--template`: `head`, `head-coarse`, a preset with the user's
+/// The template of a name: `head`, `head-coarse`, a preset with the user's
 /// file (`ict=FILE`, or `ict` and `file`), or a mesh file with its sidecar.
 ///
 /// # Errors
-/// [`TemplateError`] with what was found and what to do.
+/// [`TemplateError`] with the reason and the remedy.
 pub fn resolve(text: &str, file: Option<&Path>) -> Result<LoadedTemplate, TemplateError> {
     match (text, file) {
         ("head", None) => return Ok(built_in(text, head())),
@@ -187,25 +89,25 @@ fn unknown(name: &str) -> TemplateError {
 }
 
 fn built_in(name: &str, template: Template) -> LoadedTemplate {
-    let kept = (0..template.mesh.vertices.len() as u32).collect();
+    let source_vertices = (0..template.mesh.vertices.len() as u32).collect();
     let height_mm = height(&template.mesh);
     LoadedTemplate {
         name: name.to_owned(),
         template,
         unit: LengthUnit::Millimetre,
-        kept,
+        source_vertices,
         texture: None,
         height_mm,
         warnings: Vec::new(),
     }
 }
 
-/// Loads a mesh file as a template. The unit comes from `unit`, else the sidecar
-/// (`NAME.landmarks.toml`), else the preset; GLB states its own. What is kept comes from the sidecar
-/// or else from the preset; features from both, the sidecar's counting.
+/// Loads a mesh file as a template. The unit is that of the format (GLB), else `unit`, else that of the
+/// sidecar (`NAME.landmarks.toml`), else that of the preset. The kept vertices are those of the sidecar,
+/// else those of the preset. Landmarks are taken from both; the sidecar has priority.
 ///
 /// # Errors
-/// [`TemplateError`] with what was found and what to do.
+/// [`TemplateError`] with the reason and the remedy.
 pub fn load_template(
     path: &Path,
     preset: Option<&'static Preset>,
@@ -214,24 +116,13 @@ pub fn load_template(
     let loaded = read_mesh(path)?;
     let (mut mesh, mut warnings) = (loaded.mesh, loaded.warnings);
     let count = mesh.vertices.len();
-    if let Some(p) = preset
-        && !p.vertices.contains(&count)
-    {
-        let expected: Vec<String> = p.vertices.iter().map(ToString::to_string).collect();
-        let expected = expected.join(" or ");
-        return Err(TemplateError::VertexCount {
-            path: path.into(),
-            name: p.name,
-            got: count,
-            expected,
-        });
-    }
+    check_vertex_count(path, preset, count)?;
     let side_path = sidecar_path(path);
     let side = Sidecar::read(&side_path)?;
     side.turn(&mut mesh).map_err(|m| IoError::malformed(&side_path, m))?;
-    let own = || preset.map(|p| p.unit);
-    // A format that states its unit has been converted to millimetres by its reader.
-    let unit = match loaded.unit.or(unit).or(side.unit).or_else(own) {
+    let preset_unit = || preset.map(|p| p.unit);
+    // The reader of a format that states its unit has converted the mesh to millimetres.
+    let unit = match loaded.unit.or(unit).or(side.unit).or_else(preset_unit) {
         Some(unit) => unit,
         None => return Err(unit_missing(path, &mesh, side_path)),
     };
@@ -248,27 +139,48 @@ pub fn load_template(
     let known = preset.map_or(&[][..], |p| p.landmarks);
     let mut landmarks: Landmarks = known.iter().map(|&(n, i)| (n.to_owned(), i)).collect();
     landmarks.extend(side.landmarks);
-    let place = if side_path.exists() { &side_path } else { path };
-    let landmarks = renumber(landmarks, count, &cropped.place_of, place)?;
+    let landmark_file = if side_path.exists() { &side_path } else { path };
+    let landmarks = renumber(landmarks, count, &cropped.new_index, landmark_file)?;
     let template = Template { mesh: cropped.mesh, landmarks, ..Template::default() };
     let height_mm = check_size(path, unit, &template)?;
-    let missing = LANDMARKS.iter().filter(|f| !template.landmarks.contains_key(**f)).count();
-    if missing > 0 {
-        warnings.push(format!(
-            "{missing} of the 18 features have no vertex on the template; write them into {}",
-            side_path.display()
-        ));
-    }
+    warnings.extend(missing_landmarks(&template, &side_path));
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let name = side.name.or(preset.map(|p| p.name.to_owned())).unwrap_or(stem);
     Ok(LoadedTemplate {
         name,
         template,
         unit,
-        kept: cropped.kept,
+        source_vertices: cropped.source_vertices,
         texture: loaded.texture,
         height_mm,
         warnings,
+    })
+}
+
+/// Whether a file can be that of a preset.
+fn check_vertex_count(
+    path: &Path,
+    preset: Option<&'static Preset>,
+    got: usize,
+) -> Result<(), TemplateError> {
+    match preset {
+        Some(p) if !p.vertices.contains(&got) => {
+            let expected: Vec<String> = p.vertices.iter().map(ToString::to_string).collect();
+            let (path, expected) = (path.into(), expected.join(" or "));
+            Err(TemplateError::VertexCount { path, name: p.name, got, expected })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A warning if landmarks have no vertex.
+fn missing_landmarks(template: &Template, sidecar: &Path) -> Option<String> {
+    let missing = LANDMARKS.iter().filter(|f| !template.landmarks.contains_key(**f)).count();
+    (missing > 0).then(|| {
+        format!(
+            "{missing} of the 18 landmarks have no vertex on the template; write them into {}",
+            sidecar.display()
+        )
     })
 }
 
@@ -282,7 +194,7 @@ fn unit_missing(path: &Path, mesh: &Mesh, sidecar: PathBuf) -> TemplateError {
     TemplateError::UnitMissing {
         path: path.into(),
         height,
-        fits: fitting(height),
+        fits: fitting_units(height),
         sidecar,
         preset: near.map_or(String::new(), |p| {
             format!(
@@ -295,8 +207,8 @@ fn unit_missing(path: &Path, mesh: &Mesh, sidecar: PathBuf) -> TemplateError {
     }
 }
 
-/// The units that make a head of a height in file units.
-fn fitting(height: f64) -> String {
+/// The units in which a mesh of this height, in file units, has the size of a head.
+fn fitting_units(height: f64) -> String {
     let fits: Vec<String> = LengthUnit::ALL
         .into_iter()
         .filter(|u| HEIGHT_MM.contains(&(height * u.in_mm())))
@@ -305,7 +217,7 @@ fn fitting(height: f64) -> String {
     if fits.is_empty() { String::new() } else { format!(" ({})", fits.join(", ")) }
 }
 
-/// Refuses what is no head's size; returns the height, mm.
+/// Rejects a mesh without the size of a head; returns the height, mm.
 fn check_size(path: &Path, unit: LengthUnit, template: &Template) -> Result<f64, TemplateError> {
     let refuse = |what, got_mm: f64, range: std::ops::RangeInclusive<f64>| TemplateError::Size {
         path: path.into(),
@@ -314,27 +226,31 @@ fn check_size(path: &Path, unit: LengthUnit, template: &Template) -> Result<f64,
         got_mm,
         low: *range.start(),
         high: *range.end(),
-        fits: fitting(height(&template.mesh) / unit.in_mm()),
+        fits: fitting_units(height(&template.mesh) / unit.in_mm()),
     };
     let height = height(&template.mesh);
     if !HEIGHT_MM.contains(&height) {
-        return Err(refuse("has a height of", height, HEIGHT_MM));
+        return Err(refuse("the height", height, HEIGHT_MM));
     }
-    let place = |name: &str| template.landmarks.get(name).map(|&i| template.mesh.vertices[i]);
-    if let (Some(left), Some(right)) = (place("eye_left_outer"), place("eye_right_outer")) {
+    let vertex = |name: &str| template.landmarks.get(name).map(|&i| template.mesh.vertices[i]);
+    if let (Some(left), Some(right)) = (vertex("eye_left_outer"), vertex("eye_right_outer")) {
         let width = (left - right).norm();
         if !EYES_MM.contains(&width) {
-            return Err(refuse("has between the outer corners of its eyes", width, EYES_MM));
+            return Err(refuse(
+                "the distance between the outer corners of the eyes",
+                width,
+                EYES_MM,
+            ));
         }
     }
     Ok(height)
 }
 
-/// Vertex numbers of the file to those of the cropped mesh.
+/// Landmarks by vertices of the file to landmarks by vertices of the cropped mesh.
 fn renumber(
     landmarks: Landmarks,
     count: usize,
-    place_of: &[Option<u32>],
+    new_index: &[Option<u32>],
     path: &Path,
 ) -> Result<Landmarks, TemplateError> {
     let one = |(name, index): (String, usize)| {
@@ -344,25 +260,13 @@ fn renumber(
             index,
             reason,
         };
-        match place_of.get(index) {
-            Some(Some(place)) => Ok((name, *place as usize)),
-            Some(None) => Err(fail("that vertex is among the parts left out".into())),
-            None => Err(fail(format!("the mesh has {count} (counted from 0)"))),
+        match new_index.get(index) {
+            Some(Some(new)) => Ok((name, *new as usize)),
+            Some(None) => Err(fail("that vertex is left out by keep or top_mm".into())),
+            None => Err(fail(format!("the mesh has {count} vertices (counted from 0)"))),
         }
     };
     landmarks.into_iter().map(one).collect()
-}
-
-/// The direction of an axis name such as `y` or `-z`.
-fn axis(name: &str) -> Option<Vec3> {
-    let (sign, name) = name.strip_prefix('-').map_or((1.0, name), |n| (-1.0, n));
-    let axis = match name {
-        "x" => Vec3::x(),
-        "y" => Vec3::y(),
-        "z" => Vec3::z(),
-        _ => return None,
-    };
-    Some(axis * sign)
 }
 
 #[cfg(test)]

@@ -1,27 +1,26 @@
-//! What is known about the templates that people have: unit, parts to keep, features. The meshes
-//! themselves are the users' own.
+//! Unit, vertices to keep and landmarks of well known templates. Users bring the meshes themselves.
 
 use crate::io::LengthUnit;
 
-/// Facts about a known template.
+/// A known template.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preset {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it is and where it comes from.
+    /// Full name, origin and licence.
     pub title: &'static str,
     /// Unit of its files.
     pub unit: LengthUnit,
-    /// Numbers of vertices its files can have.
+    /// Vertex counts of its files.
     pub vertices: &'static [usize],
     /// Ranges of vertices that are kept, ends included; empty keeps all.
     pub keep: &'static [[usize; 2]],
-    /// Only what lies less than this below the highest kept vertex is kept, mm.
+    /// Only vertices less than this below the highest one are kept, mm.
     pub top_mm: Option<f64>,
-    /// Vertex numbers of features in the file, counted from 0; fewer than 18 where the mesh does
-    /// not reach (ears of a mask), none where they are not known.
+    /// Vertices of landmarks in the file, counted from 0: fewer than 18 for a mesh without ears, none if
+    /// they are not known.
     pub landmarks: &'static [(&'static str, usize)],
-    /// What to know.
+    /// A remark for the user.
     pub note: &'static str,
 }
 
@@ -79,7 +78,7 @@ pub const PRESETS: [Preset; 8] = [
             ("chin", 199),
             ("forehead", 10),
         ],
-        note: "a mask of 468 vertices without ears: coarse; vertex numbers are MediaPipe's landmarks",
+        note: "a mask of 468 vertices without ears: coarse; vertex indices are those of MediaPipe",
     },
     Preset {
         name: "meshmonk",
@@ -114,7 +113,7 @@ pub const PRESETS: [Preset; 8] = [
         keep: &[[0, 3_930]],
         top_mm: None,
         landmarks: &[],
-        note: "the skin is kept, the two eyeballs (3931 to 5022) are left out; mark the features in a NAME.landmarks.toml",
+        note: "the skin is kept, the two eyeballs (3931 to 5022) are left out; mark the landmarks in a NAME.landmarks.toml",
     },
     Preset {
         name: "bfm2009",
@@ -124,7 +123,7 @@ pub const PRESETS: [Preset; 8] = [
         keep: &[],
         top_mm: None,
         landmarks: &[],
-        note: "mark the features in a NAME.landmarks.toml",
+        note: "mark the landmarks in a NAME.landmarks.toml",
     },
     Preset {
         name: "bfm2017",
@@ -134,7 +133,7 @@ pub const PRESETS: [Preset; 8] = [
         keep: &[],
         top_mm: None,
         landmarks: &[],
-        note: "whole (53149 vertices) or face12 (28588); mark the features in a NAME.landmarks.toml",
+        note: "whole (53149 vertices) or face12 (28588); mark the landmarks in a NAME.landmarks.toml",
     },
     Preset {
         name: "surrey",
@@ -144,7 +143,7 @@ pub const PRESETS: [Preset; 8] = [
         keep: &[],
         top_mm: None,
         landmarks: &[],
-        note: "mark the features in a NAME.landmarks.toml",
+        note: "mark the landmarks in a NAME.landmarks.toml",
     },
     Preset {
         name: "makehuman",
@@ -154,7 +153,7 @@ pub const PRESETS: [Preset; 8] = [
         keep: &[[0, 13_379]],
         top_mm: Some(320.0),
         landmarks: &[],
-        note: "the uppermost 320 mm of the body are kept; mark the features in a NAME.landmarks.toml",
+        note: "the uppermost 320 mm of the body are kept; mark the landmarks in a NAME.landmarks.toml",
     },
 ];
 

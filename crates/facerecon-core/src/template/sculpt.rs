@@ -4,30 +4,29 @@ mod base;
 mod curve;
 mod ear;
 mod eyes;
-#[cfg(test)]
-mod features;
 mod mouth;
 mod nose;
 mod proportions;
 
 use crate::math::Vec3;
 use base::Base;
-use curve::{bell, smoothstep};
-use ear::Ear;
-use eyes::Eye;
-use mouth::Mouth;
+use curve::bell;
+use ear::EarShape;
+use eyes::EyeShape;
+use mouth::MouthShape;
 use nalgebra::Vector2;
-use nose::Nose;
+use nose::NoseShape;
 use proportions::{Loop, Mound};
 
-pub(crate) use ear::EarShape;
-pub(crate) use eyes::EyeShape;
-pub(crate) use mouth::MouthShape;
-pub(crate) use nose::NoseShape;
+pub use curve::smoothstep;
+pub use ear::Ear;
+pub use eyes::Eye;
+pub use mouth::Mouth;
+pub use nose::Nose;
 
-/// Everything that makes one head.
+/// The measures of one head.
 #[derive(Debug, Clone)]
-pub(crate) struct Proportions {
+pub struct Proportions {
     pub(crate) loops: Vec<Loop>,
     pub(crate) mounds: Vec<Mound>,
     pub(crate) nose: NoseShape,
@@ -50,15 +49,18 @@ impl Default for Proportions {
 }
 
 /// Latitude of the neck border in the chart, degrees below the equator.
-pub(super) const NECK_LATITUDE_DEG: f64 = 58.0;
+pub const NECK_LATITUDE_DEG: f64 = 58.0;
+
+/// Samples of the front midline for interpolation in y.
+const MIDLINE_STEPS: usize = 220;
 
 /// A head that can be evaluated at any point of the chart.
 ///
-/// Chart: azimuthal equidistant about the side (+x) of the head; `q` in the unit disc, the unit
-/// circle is the midline (angle 0 toward the face, a quarter turn up the crown), so the
-/// chart has no pole. Only the half x >= 0 is made; the other half is its mirror image.
+/// The chart is an azimuthal equidistant projection about the side (+x) of the head. Position `q`
+/// lies in the unit disc; the unit circle is the midline (angle 0 at the face, 90 degrees at the
+/// crown), so the chart has no pole. It covers the half x >= 0; the other half is the mirror image.
 #[derive(Debug, Clone)]
-pub(crate) struct Sculpt {
+pub struct Sculpt {
     base: Base,
     mounds: Vec<Mound>,
     nose: Nose,
@@ -72,7 +74,8 @@ pub(crate) struct Sculpt {
 }
 
 impl Sculpt {
-    pub(crate) fn new(p: &Proportions) -> Self {
+    /// The head of the given measures.
+    pub fn new(p: &Proportions) -> Self {
         let mut sculpt = Self {
             base: Base::new(&p.loops),
             mounds: p.mounds.clone(),
@@ -83,17 +86,17 @@ impl Sculpt {
             midline: Vec::new(),
             side: [0.0; 3],
         };
-        sculpt.midline = (0..=220)
+        sculpt.midline = (0..=MIDLINE_STEPS)
             .rev()
-            .map(|k| sculpt.mask(0.0, 1.0, 0.25 + 0.5 * k as f64 / 220.0))
+            .map(|k| sculpt.mask(0.0, 1.0, 0.25 + 0.5 * k as f64 / MIDLINE_STEPS as f64))
             .map(|p| (p.y, p.z))
             .collect();
         sculpt.side = sculpt.side_plane(&p.ear);
         sculpt
     }
 
-    /// Point of the half head at chart position `q` (unit disc).
-    pub(crate) fn point(&self, q: Vector2<f64>) -> Vec3 {
+    /// Point of the half head at chart position `q` (unit disc), mm.
+    pub fn point(&self, q: Vector2<f64>) -> Vec3 {
         let (sine, cosine, v) = Self::direction(q);
         let p = self.mask(sine, cosine, v);
         if p.z < 30.0 && p.x > 40.0 {
@@ -114,23 +117,35 @@ impl Sculpt {
         out
     }
 
-    #[cfg(test)]
-    /// Height of the lip line on the midline.
-    pub(super) fn lip_line(&self) -> f64 {
-        self.mouth.line(0.0)
+    /// Point at chart position `q` of the head without nose, mouth, eyes and ears, mm.
+    pub fn mask_point(&self, q: Vector2<f64>) -> Vec3 {
+        let (sine, cosine, v) = Self::direction(q);
+        self.mask(sine, cosine, v)
     }
 
-    /// How far a point stands out from the side of the head around the ear.
-    pub(super) fn over_side(&self, p: &Vec3) -> f64 {
+    /// Distance of a point from the side of the head around the ear, outward, mm.
+    pub(crate) fn over_side(&self, p: &Vec3) -> f64 {
         p.x.abs() - (self.side[0] + self.side[1] * p.y + self.side[2] * p.z)
     }
 
-    pub(super) fn mouth(&self) -> &Mouth {
+    /// The nose.
+    pub fn nose(&self) -> &Nose {
+        &self.nose
+    }
+
+    /// The mouth.
+    pub fn mouth(&self) -> &Mouth {
         &self.mouth
     }
 
-    pub(super) fn eye(&self) -> &Eye {
+    /// The eye on the +x side.
+    pub fn eye(&self) -> &Eye {
         &self.eye
+    }
+
+    /// The ear on the +x side.
+    pub fn ear(&self) -> &Ear {
+        &self.ear
     }
 
     /// Chart position to (sine, cosine, v) of the loft.
@@ -184,15 +199,14 @@ impl Sculpt {
         a.1 + (b.1 - a.1) * ((y - a.0) / (b.0 - a.0)).clamp(0.0, 1.0)
     }
 
-    /// Least-squares plane of the bare side around the ear.
+    /// Least-squares plane of the side of the head around the ear, without the ear.
     fn side_plane(&self, shape: &EarShape) -> [f64; 3] {
         let mut ata = nalgebra::Matrix3::zeros();
         let mut atb = Vec3::zeros();
         for i in -8..=8 {
             for j in -8..=8 {
                 let q = Vector2::new(f64::from(i), f64::from(j)) * 0.025;
-                let (s, c, v) = Self::direction(q);
-                let p = self.mask(s, c, v);
+                let p = self.mask_point(q);
                 if (p.y - shape.middle[0]).abs() < 25.0 && (p.z - shape.middle[1]).abs() < 16.0 {
                     let row = Vec3::new(1.0, p.y, p.z);
                     ata += row * row.transpose();
@@ -210,7 +224,7 @@ impl Sculpt {
         }
         let a = self.ear.auricle(angle, fraction);
         let plane = |y: f64, z: f64| self.side[0] + self.side[1] * y + self.side[2] * z;
-        // The bare side deviates from its plane; carry that over near the root.
+        // The side without ear deviates from its plane; keep the deviation near the root.
         let keep = smoothstep(0.75, 1.0, fraction);
         let bend = (p.x - plane(p.y, p.z)) * keep;
         Vec3::new(plane(a.y, a.z) + a.x + bend, a.y, a.z)

@@ -4,7 +4,8 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-use super::{Alignment, CompareError, CompareParams, Sample};
+use super::params::{Alignment, CompareError, CompareParams};
+use super::samples::Sample;
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec3, percentile};
 use crate::observer::Observer;

@@ -1,29 +1,26 @@
-//! Points spread evenly over a surface, the same ones every time.
+//! Points evenly distributed over a surface; the same input gives the same points.
 
 use crate::data::Mesh;
 use crate::math::Vec3;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub(super) struct Sample {
     /// Position.
-    pub point: Vec3,
-    /// Unit normal of its face.
-    pub normal: Vec3,
+    pub(super) point: Vec3,
 }
 
-/// About `count` points spread over the area of a mesh (of the faces whose corners all lie in
-/// `region`), by equal steps along the faces' running area and a low-discrepancy sequence within
-/// each face. Empty when there is no area.
-pub fn sample_surface(mesh: &Mesh, region: Option<&[bool]>, count: usize) -> Vec<Sample> {
-    let counts = |face: &[u32; 3]| {
+/// About `count` points on a mesh (on the faces whose vertices are all in `region`), at equal steps of
+/// the cumulative area and by a low-discrepancy sequence within each face. Empty without area.
+pub(super) fn sample_surface(mesh: &Mesh, region: Option<&[bool]>, count: usize) -> Vec<Sample> {
+    let in_region = |face: &[u32; 3]| {
         region.is_none_or(|mask| face.iter().all(|i| mask.get(*i as usize).copied() == Some(true)))
     };
     let faces: Vec<(usize, f64)> = mesh
         .faces
         .iter()
         .enumerate()
-        .filter(|(_, face)| counts(face))
+        .filter(|(_, face)| in_region(face))
         .map(|(number, _)| {
             let [a, b, c] = mesh.corners(number);
             (number, (b - a).cross(&(c - a)).norm() / 2.0)
@@ -35,15 +32,14 @@ pub fn sample_surface(mesh: &Mesh, region: Option<&[bool]>, count: usize) -> Vec
     }
     let step = total / count as f64;
     let mut samples = Vec::with_capacity(count);
-    let (mut passed, mut next) = (0.0, step / 2.0);
+    let (mut cumulative, mut next) = (0.0, step / 2.0);
     for (number, area) in faces {
-        passed += area;
-        while next <= passed && samples.len() < count {
+        cumulative += area;
+        while next <= cumulative && samples.len() < count {
             let [a, b, c] = mesh.corners(number);
             let (u, v) = in_triangle(samples.len());
             let point = a + (b - a) * u + (c - a) * v;
-            let normal = (b - a).cross(&(c - a)).try_normalize(1e-300).unwrap_or_default();
-            samples.push(Sample { point, normal });
+            samples.push(Sample { point });
             next += step;
         }
     }

@@ -1,8 +1,8 @@
 use super::*;
-use crate::math::{Mat3, Similarity, Vec3};
+use crate::math::Mat3;
 
 /// A bumpy, unsymmetric closed surface, mm.
-fn potato() -> Mesh {
+fn bumpy_ellipsoid() -> Mesh {
     let (rings, around) = (50u32, 60u32);
     let mut mesh = Mesh::default();
     for i in 0..=rings {
@@ -42,9 +42,10 @@ fn with(alignment: Alignment) -> CompareParams {
 }
 
 #[test]
-fn two_plates_are_as_far_apart_as_they_lie() {
+fn distances_of_two_plates() {
     let (a, b) = (plate(0.0, 10.0), plate(0.7, 20.0));
-    let both = compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::None), &()).unwrap();
+    let both = compare(&MeshRegion::whole(&a), &MeshRegion::whole(&b), &with(Alignment::None), &())
+        .unwrap();
     let d = both.before.first_to_second;
     for value in [d.median_mm, d.mean_mm, d.rms_mm, d.p90_mm, d.p99_mm, d.max_mm] {
         assert!((value - 0.7).abs() < 1e-9, "{value}");
@@ -55,20 +56,22 @@ fn two_plates_are_as_far_apart_as_they_lie() {
     assert!((back.within_1mm - 0.27).abs() < 0.03 && back.max_mm > 13.0, "{back:?}");
     assert!(both.after.is_none() && both.vertex_distances.iter().all(|v| (v - 0.7).abs() < 1e-9));
     let params = CompareParams { reach_mm: Some(0.5), ..with(Alignment::None) };
-    let error = compare(&Side::whole(&a), &Side::whole(&b), &params, &()).unwrap_err().to_string();
+    let error = compare(&MeshRegion::whole(&a), &MeshRegion::whole(&b), &params, &())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("within 0.5 mm") && error.contains("28.3"), "{error}");
 }
 
 #[test]
-fn a_known_motion_is_found_again() {
-    let first = potato();
+fn a_known_motion_is_recovered() {
+    let first = bumpy_ellipsoid();
     let motion = Similarity {
         scale: 1.07,
         rotation: nalgebra::Rotation3::from_euler_angles(0.15, -0.2, 0.1).into_inner(),
         translation: Vec3::new(20.0, -14.0, 33.0),
     };
     let second = first.transformed(&motion);
-    let sides = (Side::whole(&first), Side::whole(&second));
+    let sides = (MeshRegion::whole(&first), MeshRegion::whole(&second));
     let found = compare(&sides.0, &sides.1, &with(Alignment::Similarity), &()).unwrap();
     for v in &first.vertices {
         assert!((found.second_from_first.apply(v) - motion.apply(v)).norm() < 1e-3);
@@ -83,24 +86,28 @@ fn a_known_motion_is_found_again() {
 }
 
 #[test]
-fn camera_and_model_frames_and_other_units_come_together() {
-    let first = potato();
+fn meshes_in_different_frames_and_units_are_aligned() {
+    let first = bumpy_ellipsoid();
     let turned = Similarity {
         scale: 0.1,
         rotation: Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0)),
         translation: Vec3::new(1.0, 2.0, 130.0),
     };
     let second = first.transformed(&turned);
-    let found =
-        compare(&Side::whole(&first), &Side::whole(&second), &with(Alignment::Similarity), &())
-            .unwrap();
+    let found = compare(
+        &MeshRegion::whole(&first),
+        &MeshRegion::whole(&second),
+        &with(Alignment::Similarity),
+        &(),
+    )
+    .unwrap();
     assert!((found.scale - 0.1).abs() < 1e-6, "{}", found.scale);
     assert!(found.after.unwrap().first_to_second.max_mm < 1e-4);
 }
 
 #[test]
-fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
-    let whole = potato();
+fn a_part_is_aligned_with_the_whole_despite_an_outlier_region() {
+    let whole = bumpy_ellipsoid();
     let motion = Similarity::rigid(
         nalgebra::Rotation3::from_euler_angles(0.05, 0.1, -0.04).into_inner(),
         Vec3::new(4.0, -3.0, 6.0),
@@ -114,9 +121,9 @@ fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
     }
     let front: Vec<bool> = part.vertices.iter().map(|v| v.z > -10.0).collect();
     let moved = part.transformed(&motion.inverse());
-    let side = Side { mesh: &moved, region: Some(&front) };
+    let side = MeshRegion { mesh: &moved, mask: Some(&front) };
     let params = CompareParams { keep: 0.8, ..with(Alignment::Rigid) };
-    let found = compare(&side, &Side::whole(&whole), &params, &()).unwrap();
+    let found = compare(&side, &MeshRegion::whole(&whole), &params, &()).unwrap();
     let worst = part
         .vertices
         .iter()
@@ -125,15 +132,15 @@ fn a_part_finds_its_place_on_the_whole_in_spite_of_a_false_piece() {
     assert!(worst < 0.3, "{worst}");
     assert!(found.after.unwrap().first_to_second.median_mm < 0.1);
     let empty = vec![false; front.len()];
-    let side = Side { mesh: &moved, region: Some(&empty) };
+    let side = MeshRegion { mesh: &moved, mask: Some(&empty) };
     assert!(matches!(
-        compare(&side, &Side::whole(&whole), &params, &()),
+        compare(&side, &MeshRegion::whole(&whole), &params, &()),
         Err(CompareError::Region { which: "first", .. })
     ));
 }
 
 #[test]
-fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
+fn samples_are_distributed_by_area_and_results_do_not_depend_on_threads() {
     let mut mesh = plate(0.0, 1.0);
     mesh.vertices.push(Vec3::new(-1.0, -9.0, 0.0));
     mesh.faces.push([0, 4, 1]); // area 8 beside the plate's 4
@@ -144,9 +151,11 @@ fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
     let mean = samples.iter().filter(|s| s.point.y >= -1.0).map(|s| s.point).sum::<Vec3>() / 1000.0;
     assert!(mean.norm() < 0.02, "{mean}");
 
-    let (a, b) = (potato(), plate(3.0, 90.0));
-    let run =
-        || compare(&Side::whole(&a), &Side::whole(&b), &with(Alignment::Similarity), &()).unwrap();
+    let (a, b) = (bumpy_ellipsoid(), plate(3.0, 90.0));
+    let run = || {
+        compare(&MeshRegion::whole(&a), &MeshRegion::whole(&b), &with(Alignment::Similarity), &())
+            .unwrap()
+    };
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
     let (one, three) = (pool(1).install(run), pool(3).install(run));
     assert_eq!(one.second_from_first, three.second_from_first);
@@ -155,14 +164,19 @@ fn samples_are_spread_by_area_and_results_do_not_depend_on_threads() {
 }
 
 #[test]
-fn broken_meshes_are_refused() {
+fn invalid_meshes_are_refused() {
     let good = plate(0.0, 1.0);
-    let error =
-        compare(&Side::whole(&Mesh::default()), &Side::whole(&good), &with(Alignment::None), &());
+    let error = compare(
+        &MeshRegion::whole(&Mesh::default()),
+        &MeshRegion::whole(&good),
+        &with(Alignment::None),
+        &(),
+    );
     assert!(error.unwrap_err().to_string().contains("first mesh"));
     let mut flat = plate(0.0, 1.0);
     flat.vertices.iter_mut().for_each(|v| *v = Vec3::zeros());
     assert!(
-        compare(&Side::whole(&flat), &Side::whole(&good), &with(Alignment::Rigid), &()).is_err()
+        compare(&MeshRegion::whole(&flat), &MeshRegion::whole(&good), &with(Alignment::Rigid), &())
+            .is_err()
     );
 }

@@ -1,7 +1,8 @@
-//! Light of the pattern at any point of its plane, independent of resolution.
+//! The light of the pattern at any point of its plane, independent of resolution.
 
+use super::PatternParams;
 use super::stripes::{PALETTE, stripe};
-use super::{Kind, PatternParams};
+use crate::data::PatternKind;
 use crate::math::Vec2;
 
 /// The geometry of a pattern. Lattice coordinates: the dot of column `c` and row `r` is centred at
@@ -10,13 +11,13 @@ use crate::math::Vec2;
 pub struct Design {
     /// Distance between dots (or stripes) in the projector image.
     pub spacing_px: f64,
-    kind: Kind,
+    kind: PatternKind,
     columns: i64,
     rows: i64,
     radius: f64,
-    /// Middle of the pattern, lattice coordinates.
+    /// Centre of the pattern, lattice coordinates.
     middle: Vec2,
-    /// Middle of the projector image, pixels.
+    /// Centre of the projector image, pixels.
     centre_px: Vec2,
     cos: f64,
     sin: f64,
@@ -29,12 +30,12 @@ impl Design {
         let (columns, rows) = (params.columns as f64, params.rows as f64);
         let size = Vec2::new(params.width_px as f64, params.height_px as f64);
         let room = size - Vec2::repeat(2.0 * params.margin_fraction * size.min());
-        // the turned pattern must fit
+        // The rotated pattern must fit.
         let wide = columns * cos + rows * sin.abs();
         let high = columns * sin.abs() + rows * cos;
         let first = match params.kind {
-            Kind::Dots => Vec2::repeat(-0.5),
-            Kind::Stripes => Vec2::new(0.0, -0.5),
+            PatternKind::Dots => Vec2::repeat(-0.5),
+            PatternKind::Stripes => Vec2::new(0.0, -0.5),
         };
         Self {
             spacing_px: (room.x / wide).min(room.y / high),
@@ -49,7 +50,7 @@ impl Design {
         }
     }
 
-    /// Middle of the pattern, lattice coordinates.
+    /// Centre of the pattern, lattice coordinates.
     pub fn middle(&self) -> Vec2 {
         self.middle
     }
@@ -67,10 +68,10 @@ impl Design {
     }
 
     /// Linear light, 0 to 1, red, green, blue, at a point in lattice coordinates. Edges are
-    /// smoothed over `softness` spacings to either side, as by a projector out of focus.
+    /// smoothed over `softness` spacings on either side, as by a projector out of focus.
     pub fn light(&self, at: Vec2, softness: f64) -> [f64; 3] {
         match self.kind {
-            Kind::Dots => {
+            PatternKind::Dots => {
                 let (column, row) = (at.x.round(), at.y.round());
                 let inside = column >= 0.0
                     && row >= 0.0
@@ -79,11 +80,11 @@ impl Design {
                 let from_edge = self.radius - (at - Vec2::new(column, row)).norm();
                 [if inside { ramp(from_edge, softness) } else { 0.0 }; 3]
             }
-            Kind::Stripes => {
+            PatternKind::Stripes => {
                 let number = at.x.floor();
                 let along = ramp((at.y + 0.5).min(self.rows as f64 - 0.5 - at.y), softness);
                 let mut light = [0.0; 3];
-                // the soft edge of a stripe reaches into its neighbour's cell
+                // The smooth edge of a stripe extends into the cell of its neighbour.
                 for i in [number - 1.0, number, number + 1.0] {
                     if !(i >= 0.0 && i < self.columns as f64) {
                         continue;

@@ -1,5 +1,5 @@
-//! The order of the stripes: seven colours in which every three neighbours occur once in a period
-//! of 252, neighbours always of different colour, and three widths.
+//! Colours and widths of the stripes. Every sequence of three colours occurs once in a period of 252
+//! stripes, and neighbours have different colours.
 
 use std::sync::LazyLock;
 
@@ -14,11 +14,10 @@ pub const PALETTE: [[f64; 3]; 7] = [
     [1.0, 1.0, 1.0],
 ];
 
-/// Stripes after which the order of colours repeats: all triples with unequal neighbours,
-/// 7 * 6 * 6.
+/// Stripes after which the colours repeat: all triples with different neighbours, 7 * 6 * 6.
 pub const STRIPE_PERIOD: usize = 252;
 
-/// Widths in units of the distance from left edge to left edge.
+/// Widths as a fraction of the distance between left edges.
 const WIDTHS: [f64; 3] = [0.32, 0.46, 0.62];
 
 /// One stripe.
@@ -26,20 +25,20 @@ const WIDTHS: [f64; 3] = [0.32, 0.46, 0.62];
 pub struct Stripe {
     /// Index into [`PALETTE`].
     pub color_index: usize,
-    /// Width as a fraction of the distance from left edge to left edge.
+    /// Width as a fraction of the distance between left edges.
     pub width: f64,
 }
 
-/// The stripe of a number, counted from 0 at the left.
+/// The stripe of an index, counted from 0 at the left.
 pub fn stripe(number: usize) -> Stripe {
     static ORDER: LazyLock<Vec<usize>> = LazyLock::new(color_order);
-    // 5 and 3 share no factor with 7: width and colour do not run in step
+    // The width is not a function of the colour.
     let width = WIDTHS[(number * 5 + number / 3) % 3];
     Stripe { color_index: ORDER[number % STRIPE_PERIOD], width }
 }
 
-/// A closed walk through all triples (a, b, c), a != b, b != c, each once: an Euler circuit on
-/// the graph whose nodes are the pairs (a, b) (de Bruijn 1946, by Hierholzer's method).
+/// A cyclic sequence with each triple (a, b, c), a != b, b != c, once: an Euler circuit of the graph
+/// whose nodes are the pairs (a, b) (de Bruijn 1946; Hierholzer's algorithm).
 fn color_order() -> Vec<usize> {
     let colors = PALETTE.len();
     let mut next = vec![0usize; colors * colors];

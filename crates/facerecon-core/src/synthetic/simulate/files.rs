@@ -1,22 +1,22 @@
-//! A simulated capture and its truth as files.
+//! Writes a simulated capture and its truth.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::{Simulated, Truth};
+use super::truth::{Simulated, Truth};
 use crate::data::Raster;
 use crate::io::{IoError, atomic, ply, write_calibration, write_capture};
 
-/// Writes a capture folder with the truth beside it, and returns the path of its `capture.toml`:
+/// Writes a capture folder with the truth in it, and returns the path of its `capture.toml`:
 /// * `truth_mesh.ply`: the subject, left camera frame, mm,
 /// * `truth_dots.csv`: see [`dots_csv`],
 /// * `truth_depth.npy`: float32 (height, width), depth of the subject at each pixel centre of the
-///   left photo, mm, NaN beside it,
-/// * `truth_calibration.yml`: the rig as it stood, faults included,
-/// * `truth.json`: the features (`xyz` mm in the left camera frame, `left` and `right` px), the
-///   pose `camera_from_model` and the head's motion `plain_from_dots` (4x4, row by row).
+///   left photo, mm, NaN elsewhere,
+/// * `truth_calibration.yml`: the actual rig,
+/// * `truth.json`: the landmarks (`features`: `xyz` mm in the left camera frame, `left` and `right`
+///   px), the pose `camera_from_model` and the motion of the head `plain_from_dots` (4x4, row by row).
 ///
 /// # Errors
 /// [`IoError::Write`].
@@ -27,31 +27,31 @@ pub fn write_simulated(folder: &Path, simulated: &Simulated) -> Result<PathBuf, 
     atomic::write(&folder.join("truth_depth.npy"), &npy(&truth.depth_mm))?;
     write_calibration(&folder.join("truth_calibration.yml"), &truth.rig)?;
     atomic::write(&folder.join("truth.json"), truth_json(truth).as_bytes())?;
-    // last, so that a folder with a capture.toml is complete
+    // Written last, so that a folder with a capture.toml is complete.
     write_capture(folder, &simulated.capture)
 }
 
 fn truth_json(truth: &Truth) -> String {
-    let features: serde_json::Map<String, serde_json::Value> = truth
-        .features
+    let landmarks: serde_json::Map<String, serde_json::Value> = truth
+        .landmarks
         .iter()
         .map(|(name, pair)| {
-            let xyz = truth.feature_points.get(name).map(|p| [p.x, p.y, p.z]);
+            let xyz = truth.landmark_points.get(name).map(|p| [p.x, p.y, p.z]);
             let (left, right) = ([pair.left.x, pair.left.y], [pair.right.x, pair.right.y]);
             (name.clone(), json!({ "xyz": xyz, "left": left, "right": right }))
         })
         .collect();
     let value = json!({
-        "features": features,
+        "features": landmarks,
         "camera_from_model": truth.camera_from_model.to_rows(),
         "plain_from_dots": truth.plain_from_dots.to_rows(),
     });
     format!("{value:#}\n")
 }
 
-/// The dots as a table, one row a dot of the pattern:
+/// The dots as a table, one row per dot of the pattern:
 /// `col,row,X,Y,Z,xl,yl,xr,yr,vis_l,vis_r,lit,on_face`. X, Y, Z in millimetres of the left camera
-/// frame, x, y in pixels of the left and right photo; `nan` for a dot beside the subject.
+/// frame, x, y in pixels of the left and right photo; `nan` for a dot that is not on the subject.
 pub fn dots_csv(truth: &Truth) -> String {
     let mut text = String::from("col,row,X,Y,Z,xl,yl,xr,yr,vis_l,vis_r,lit,on_face\n");
     for d in &truth.dots {
@@ -73,7 +73,7 @@ pub fn npy(raster: &Raster<f32>) -> Vec<u8> {
         raster.height(),
         raster.width()
     );
-    // magic, version, length and header together are a multiple of 64 bytes
+    // Magic, version, length and header together are a multiple of 64 bytes.
     let length = (10 + shape.len() + 1).next_multiple_of(64) - 10;
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend((length as u16).to_le_bytes());

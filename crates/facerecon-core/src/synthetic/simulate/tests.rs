@@ -1,11 +1,11 @@
 use super::*;
-use crate::data::Gray;
-use crate::math::{Vec2, Vec3, median};
+use crate::data::{Gray, Landmarks, Mesh};
+use crate::math::{Similarity, Vec2, Vec3, median};
 use crate::render::linear_from_srgb;
 use crate::synthetic::pattern::PatternParams;
 
-/// A flat square facing the viewer, model frame, mm; cut fine, as edges between its vertices stay
-/// straight behind a distorting lens.
+/// A flat square facing the viewer, model frame, mm; fine, as edges between its vertices stay straight
+/// in a distorted photo.
 fn plate(half: f64) -> Mesh {
     let n = 60u32;
     let mut mesh = Mesh::default();
@@ -88,7 +88,7 @@ fn centroid(image: &Gray, at: Vec2, reach: isize) -> Vec2 {
 }
 
 #[test]
-fn on_a_flat_wall_the_dots_lie_where_the_truth_says() {
+fn dots_on_a_flat_plate_are_where_the_truth_says() {
     let mesh = plate(90.0);
     let rigs = [
         SimulateParams { sensor_shift: 1.0, ..SimulateParams::default() },
@@ -121,7 +121,7 @@ fn on_a_flat_wall_the_dots_lie_where_the_truth_says() {
                 .iter()
                 .filter(|d| d.lit && d.visible == [true; 2])
                 .filter(|d| {
-                    // clear of the plate's border
+                    // clear of the border of the plate
                     let p = made.truth.camera_from_model.inverse().apply(&d.point);
                     p.x.abs() < 84.0 && p.y.abs() < 84.0
                 })
@@ -182,7 +182,7 @@ fn inside(point: &Vec3, camera_from_model: &Similarity) -> f64 {
 }
 
 #[test]
-fn the_subject_throws_a_shadow_on_the_wall() {
+fn the_subject_casts_a_shadow_on_the_wall() {
     let mesh = plate(60.0);
     let params =
         SimulateParams { wall_mm: 250.0, projector_above_mm: 300.0, full_well_e: 0.0, ..small() };
@@ -218,7 +218,7 @@ fn the_subject_throws_a_shadow_on_the_wall() {
 }
 
 #[test]
-fn noise_has_the_strength_asked_for_and_bytes_do_not_depend_on_threads() {
+fn noise_has_the_given_strength_and_bytes_do_not_depend_on_threads() {
     let mesh = plate(200.0);
     let params = SimulateParams {
         wall: false,
@@ -240,15 +240,15 @@ fn noise_has_the_strength_asked_for_and_bytes_do_not_depend_on_threads() {
         (0..2500).map(|i| f64::from(image.at(x - 25 + i % 50, y - 25 + i / 50))).collect();
     let mean = window.iter().sum::<f64>() / 2500.0;
     let deviation = (window.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 2500.0).sqrt();
-    let wanted = (0.25f64 * 9000.0 + 9.0).sqrt() / 9000.0;
+    let expected = (0.25f64 * 9000.0 + 9.0).sqrt() / 9000.0;
     assert!((mean - 0.25).abs() < 0.01, "{mean}");
-    assert!((deviation / wanted - 1.0).abs() < 0.1, "{deviation} {wanted}");
+    assert!((deviation / expected - 1.0).abs() < 0.1, "{deviation} {expected}");
     let other = SimulateParams { seed: 2, ..params };
     assert!(simulate(&bare(&mesh), &other, &()).unwrap().capture.left != one.left);
 }
 
 #[test]
-fn the_head_moves_between_the_pairs_when_asked() {
+fn the_head_moves_between_the_pairs_if_set() {
     let mesh = head();
     let params = SimulateParams { plain_motion_mm: 3.0, plain_motion_deg: 1.0, ..small() };
     let made = simulate(&bare(&mesh), &params, &()).unwrap();
@@ -263,23 +263,26 @@ fn the_head_moves_between_the_pairs_when_asked() {
 }
 
 #[test]
-fn what_cannot_be_simulated_is_refused() {
+fn impossible_simulations_are_refused() {
     let mesh = head();
     let refuse = |subject: &Subject<'_>, params: &SimulateParams| {
         simulate(subject, params, &()).unwrap_err().to_string()
     };
     let far = SimulateParams { shift_x_mm: 480.0, ..small() };
-    assert!(refuse(&bare(&mesh), &far).contains("sees nothing"));
+    assert!(refuse(&bare(&mesh), &far).contains("sees no part"));
     let wild = SimulateParams { baseline_mm: -3.0, ..small() };
     assert!(refuse(&bare(&mesh), &wild).contains("simulate.baseline_mm"));
     let mask = [true; 3];
     let subject = Subject { face: Some(&mask), ..bare(&mesh) };
     assert!(refuse(&subject, &small()).contains("face mask has 3"));
+    let landmarks: Landmarks = [("chin".to_owned(), usize::MAX)].into();
+    let subject = Subject { landmarks: Some(&landmarks), ..bare(&mesh) };
+    assert!(refuse(&subject, &small()).contains("chin"));
     assert!(refuse(&bare(&Mesh::default()), &small()).contains("vertices"));
 }
 
 #[test]
-fn a_written_capture_reads_back_with_its_truth_beside_it() {
+fn a_written_capture_reads_back_with_its_truth() {
     let mesh = head();
     let landmarks: Landmarks = [("nose_tip".to_owned(), 2400usize)].into();
     let subject = Subject { landmarks: Some(&landmarks), ..bare(&mesh) };
@@ -289,8 +292,10 @@ fn a_written_capture_reads_back_with_its_truth_beside_it() {
     let read = crate::io::read_capture(&path).unwrap().capture;
     assert!(read.left == made.capture.left && read.plain == made.capture.plain);
     assert_eq!(read.pattern, made.capture.pattern);
-    let (told, wrote) = (read.rig.unwrap(), made.capture.rig.unwrap());
-    assert!((told.right_from_left.translation - wrote.right_from_left.translation).norm() < 1e-9);
+    let (read_rig, written) = (read.rig.unwrap(), made.capture.rig.unwrap());
+    assert!(
+        (read_rig.right_from_left.translation - written.right_from_left.translation).norm() < 1e-9
+    );
     let dots = std::fs::read_to_string(folder.path().join("truth_dots.csv")).unwrap();
     assert_eq!(dots.lines().count(), 1 + 43 * 32);
     let lit = dots.lines().skip(1).filter(|l| !l.contains("nan")).count();

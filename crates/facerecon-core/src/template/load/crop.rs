@@ -1,18 +1,18 @@
-//! Keeping parts of a mesh and remembering which.
+//! Keeps part of a mesh.
 
 use crate::data::Mesh;
 
 /// A part of a mesh.
 pub(super) struct Cropped {
     pub mesh: Mesh,
-    /// For each vertex of the part its number in the whole.
-    pub kept: Vec<u32>,
-    /// For each vertex of the whole its number in the part.
-    pub place_of: Vec<Option<u32>>,
+    /// For each kept vertex its index in the whole mesh.
+    pub source_vertices: Vec<u32>,
+    /// For each vertex of the whole mesh its index in the part.
+    pub new_index: Vec<Option<u32>>,
 }
 
-/// Keeps the vertices in any of the ranges (ends included; none keeps all) that lie less than
-/// `top_mm` below the highest of them, in their order, and the faces that lose no corner.
+/// Keeps the vertices in any of the ranges (ends included; without ranges all) that are less than
+/// `top_mm` below the highest of them, in their order, and the faces all of whose vertices are kept.
 pub(super) fn crop(mesh: &Mesh, ranges: &[[usize; 2]], top_mm: Option<f64>) -> Cropped {
     let in_range =
         |i: usize| ranges.is_empty() || ranges.iter().any(|&[low, high]| (low..=high).contains(&i));
@@ -25,9 +25,9 @@ pub(super) fn crop(mesh: &Mesh, ranges: &[[usize; 2]], top_mm: Option<f64>) -> C
         .filter(|&i| in_range(i) && mesh.vertices[i].y >= floor)
         .map(|i| i as u32)
         .collect();
-    let mut place_of = vec![None; mesh.vertices.len()];
-    for (place, &i) in kept.iter().enumerate() {
-        place_of[i as usize] = Some(place as u32);
+    let mut new_index = vec![None; mesh.vertices.len()];
+    for (new, &i) in kept.iter().enumerate() {
+        new_index[i as usize] = Some(new as u32);
     }
     let mut part = Mesh {
         vertices: kept.iter().map(|&i| mesh.vertices[i as usize]).collect(),
@@ -36,11 +36,11 @@ pub(super) fn crop(mesh: &Mesh, ranges: &[[usize; 2]], top_mm: Option<f64>) -> C
         ..Mesh::default()
     };
     for (f, face) in mesh.faces.iter().enumerate() {
-        let [a, b, c] = face.map(|i| place_of[i as usize]);
+        let [a, b, c] = face.map(|i| new_index[i as usize]);
         if let (Some(a), Some(b), Some(c)) = (a, b, c) {
             part.faces.push([a, b, c]);
             part.face_uvs.extend(mesh.face_uvs.get(f));
         }
     }
-    Cropped { mesh: part, kept, place_of }
+    Cropped { mesh: part, source_vertices: kept, new_index }
 }

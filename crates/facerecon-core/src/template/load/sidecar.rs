@@ -1,15 +1,14 @@
-//! `NAME.landmarks.toml`: unit, axes, parts and features of a template's mesh file.
+//! `NAME.landmarks.toml`: unit, axes, kept vertices and landmarks of the mesh file of a template.
 
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::axis;
 use crate::data::{LANDMARKS, Landmarks, Mesh, unknown_landmark};
 use crate::io::{IoError, LengthUnit, atomic, read_text};
-use crate::math::Mat3;
+use crate::math::{Mat3, Vec3};
 
-/// What a sidecar says; a missing file says nothing.
+/// The content of a sidecar; empty if there is no file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Sidecar {
@@ -22,13 +21,13 @@ pub(super) struct Sidecar {
     pub landmarks: Landmarks,
 }
 
-/// Where the sidecar of a mesh file lies: `NAME.landmarks.toml` beside it.
+/// Path of the sidecar of a mesh file: `NAME.landmarks.toml` in the same folder.
 pub fn sidecar_path(mesh: &Path) -> PathBuf {
     mesh.with_extension("landmarks.toml")
 }
 
 impl Sidecar {
-    /// Reads a sidecar; feature names are checked.
+    /// Reads a sidecar and checks the names of its landmarks.
     pub(super) fn read(path: &Path) -> Result<Self, IoError> {
         if !path.exists() {
             return Ok(Self::default());
@@ -40,7 +39,7 @@ impl Sidecar {
                 .span()
                 .map(|s| 1 + text.get(..s.start).unwrap_or_default().matches('\n').count()),
             message: format!(
-                "{} (it may have name, unit, up, front, keep, top_mm and [landmarks])",
+                "{} (known keys: name, unit, up, front, keep, top_mm, [landmarks])",
                 e.message()
             ),
         })?;
@@ -50,16 +49,17 @@ impl Sidecar {
         Ok(side)
     }
 
-    /// Turns a mesh with other axes into the model frame: y up, the face looking along z.
+    /// Rotates a mesh with other axes to the model frame: y up, z in front of the face.
     pub(super) fn turn(&self, mesh: &mut Mesh) -> Result<(), String> {
         let (up, front) = (self.up.as_deref().unwrap_or("y"), self.front.as_deref().unwrap_or("z"));
         let get = |name: &str, value: &str| {
-            axis(value)
-                .ok_or_else(|| format!("{name} is {value:?}; x, y, z, -x, -y or -z is wanted"))
+            axis(value).ok_or_else(|| format!("{name} is {value:?}; set x, y, z, -x, -y or -z"))
         };
         let (u, f) = (get("up", up)?, get("front", front)?);
         if u.dot(&f) != 0.0 {
-            return Err(format!("up ({up}) and front ({front}) must be different axes"));
+            return Err(format!(
+                "up ({up}) and front ({front}) are the same axis; set different axes"
+            ));
         }
         if (up, front) != ("y", "z") {
             let model_from_file =
@@ -70,23 +70,35 @@ impl Sidecar {
     }
 }
 
-/// The text of a sidecar in millimetres.
+/// The direction of an axis name such as `y` or `-z`.
+fn axis(name: &str) -> Option<Vec3> {
+    let (sign, name) = name.strip_prefix('-').map_or((1.0, name), |n| (-1.0, n));
+    let axis = match name {
+        "x" => Vec3::x(),
+        "y" => Vec3::y(),
+        "z" => Vec3::z(),
+        _ => return None,
+    };
+    Some(axis * sign)
+}
+
+/// The text of a sidecar, in millimetres and the model frame.
 pub fn landmarks_toml(name: &str, landmarks: &Landmarks) -> String {
     let mut out = format!(
-        "# Features of the mesh beside this file: vertex numbers, counted from 0.\n\
+        "# Landmarks of the mesh of the same name: vertex indices, counted from 0.\n\
          # left and right as seen by someone who faces the head.\n\
          name = {}\nunit = \"mm\"\nup = \"y\"\nfront = \"z\"\n\n[landmarks]\n",
         toml::Value::from(name)
     );
     let known = LANDMARKS.iter().filter_map(|f| landmarks.get(*f).map(|i| (f, i)));
-    known.for_each(|(feature, i)| out += &format!("{feature} = {i}\n"));
+    known.for_each(|(landmark, i)| out += &format!("{landmark} = {i}\n"));
     out
 }
 
-/// Writes the sidecar of a mesh file in millimetres, whole or not at all; returns its path.
+/// Writes the sidecar of a mesh file in millimetres, completely or not at all; returns its path.
 ///
 /// # Errors
-/// [`IoError::Write`].
+/// [`IoError::Write`] if the file cannot be written.
 pub fn write_landmarks(mesh: &Path, name: &str, landmarks: &Landmarks) -> Result<PathBuf, IoError> {
     let path = sidecar_path(mesh);
     atomic::write(&path, landmarks_toml(name, landmarks).as_bytes())?;

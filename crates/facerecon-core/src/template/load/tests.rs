@@ -2,6 +2,7 @@ use std::fs;
 
 use super::*;
 use crate::io::write_mesh;
+use crate::math::Vec3;
 
 /// A strip of triangles 200 units high, `count` vertices.
 fn strip(count: usize, height: f64) -> Mesh {
@@ -31,16 +32,16 @@ fn refusal(mesh: &Mesh, side: Option<&str>) -> String {
 }
 
 #[test]
-fn a_sidecar_states_unit_axes_parts_and_features() {
+fn a_sidecar_states_unit_axes_kept_vertices_and_landmarks() {
     let side = "name = \"mine\"\nunit = \"cm\"\nup = \"z\"\nfront = \"-y\"\nkeep = [[2, 9], [12, 40]]\n\
         [landmarks]\nnose_tip = 13\nchin = 2\n";
-    // Lying on its back: what is up in the model is z in the file.
+    // Rotated: up in the model is z in the file.
     let mut mesh = strip(40, 20.0);
     mesh.vertices.iter_mut().for_each(|v| *v = Vec3::new(v.x, -v.z, v.y));
     let (_dir, path) = with_side(&mesh, Some(side));
     let found = load_template(&path, None, None).unwrap();
     assert_eq!((found.name.as_str(), found.unit), ("mine", LengthUnit::Centimetre));
-    assert_eq!(found.kept[..9], [2, 3, 4, 5, 6, 7, 8, 9, 12]);
+    assert_eq!(found.source_vertices[..9], [2, 3, 4, 5, 6, 7, 8, 9, 12]);
     assert_eq!(found.template.landmarks["nose_tip"], 9);
     assert_eq!(found.template.landmarks["chin"], 0);
     let expected = strip(40, 20.0).vertices[13] * 10.0;
@@ -68,20 +69,20 @@ fn impossible_sizes_are_refused_with_figures() {
     assert!(error.contains("22.0 mm") && error.contains("220 mm in cm"), "{error}");
     let eyes = "unit = \"mm\"\n[landmarks]\neye_left_outer = 0\neye_right_outer = 39\n";
     let error = refusal(&strip(40, 220.0), Some(eyes));
-    assert!(error.contains("corners of its eyes"), "{error}");
+    assert!(error.contains("corners of the eyes"), "{error}");
 }
 
 #[test]
-fn mistakes_are_named() {
+fn invalid_sidecars_are_explained() {
     let mesh = strip(40, 220.0);
     for (side, part) in [
         ("unit = \"feet\"", "line 1"),
         ("unit = \"mm\"\nextra = 1", "extra"),
         ("unit = \"mm\"\nup = \"w\"", "\"w\""),
         ("unit = \"mm\"\nup = \"-z\"", "different axes"),
-        ("unit = \"mm\"\nkeep = [[50, 60]]", "none that make a face"),
+        ("unit = \"mm\"\nkeep = [[50, 60]]", "no face left"),
         ("unit = \"mm\"\n[landmarks]\nchinn = 3", "did you mean chin"),
-        ("unit = \"mm\"\n[landmarks]\nchin = 40", "the mesh has 40"),
+        ("unit = \"mm\"\n[landmarks]\nchin = 40", "the mesh has 40 vertices"),
         ("unit = \"mm\"\nkeep = [[4, 39]]\n[landmarks]\nchin = 3", "left out"),
         ("unit = \"mm\"\n[landmarks]\nchin = -3", "line 3"),
     ] {
@@ -91,7 +92,7 @@ fn mistakes_are_named() {
 }
 
 #[test]
-fn presets_hold_their_facts() {
+fn presets_are_consistent() {
     for preset in PRESETS {
         let mut seen = std::collections::BTreeSet::new();
         for &(name, index) in preset.landmarks {
@@ -115,7 +116,7 @@ fn names_resolve() {
     assert!(error("nothing.obj", None).contains("nothing.obj"));
     let (_dir, path) = with_side(&strip(40, 22.0), None);
     assert!(error("ict", Some(&path)).contains("26719"));
-    // What the sidecar says is added to what the preset knows.
+    // Landmarks of the sidecar are added to those of the preset.
     let side = "[landmarks]\near_left_upper = 127\nchin = 152\n";
     let (_dir, path) = with_side(&strip(468, 17.6), Some(side));
     let marked = load_template(&path, preset("flame"), None).unwrap_err();
@@ -126,13 +127,13 @@ fn names_resolve() {
     let marks = load_template(&path, preset("mediapipe"), None);
     let marks = marks.map(|t| t.template.landmarks).unwrap_or_default();
     assert_eq!((marks.len(), marks.get("chin"), marks.get("nose_tip")), (15, Some(&152), Some(&4)));
-    // The file of a preset: the body's uppermost 320 mm.
+    // The file of a preset: the uppermost 320 mm of the body.
     let mut body = strip(13_380, 17.0);
     body.vertices.iter_mut().for_each(|v| v.x *= 0.1);
     let (_dir, path) = with_side(&body, None);
     let found = resolve(&format!("makehuman={}", path.display()), None).unwrap();
     assert!((found.height_mm - 320.0).abs() < 1.0, "{}", found.height_mm);
-    assert_eq!(found.kept.last(), Some(&13_379));
+    assert_eq!(found.source_vertices.last(), Some(&13_379));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The large form: skull, facial mask, jaw and neck as a loft through horizontal loops.
 //!
-//! Each loop is a rounded superellipse whose half breadth, front and back depth are read off
-//! anthropometric tables (see `proportions`); its height may differ at front, side and back, so
-//! that the loop of the jaw runs along the jaw line.
+//! Each loop is a rounded superellipse. Its half breadth and its depth in front and at the back come
+//! from anthropometric tables (see `proportions`). Its height may differ at front, side and back, so
+//! that the loop of the jaw follows the jaw line.
 
 use super::curve::{Curve, mix};
 use super::proportions::Loop;

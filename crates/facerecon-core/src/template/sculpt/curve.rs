@@ -1,4 +1,4 @@
-//! One-dimensional building blocks of the sculpt: interpolating curves and smooth steps.
+//! Functions of one variable that the sculpt is made of: interpolating curves and smooth steps.
 
 /// Natural cubic spline through `(t, value)` knots, constant beyond both ends.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ impl Curve {
         Self::build(knots, Some(0.0))
     }
 
-    /// Periodic spline over `[0, period)`, made by repeating the knots on both sides.
+    /// Periodic spline over `[0, period)`; the knots are repeated on both sides.
     pub(super) fn periodic(knots: &[(f64, f64)], period: f64) -> Self {
         let mut all = Vec::with_capacity(3 * knots.len());
         for turn in [-1.0, 0.0, 1.0] {
@@ -67,7 +67,7 @@ impl Curve {
 }
 
 /// 0 below `a`, 1 above `b`, smooth (C1) between; `a > b` gives the falling step.
-pub(super) fn smoothstep(a: f64, b: f64, t: f64) -> f64 {
+pub fn smoothstep(a: f64, b: f64, t: f64) -> f64 {
     let u = ((t - a) / (b - a)).clamp(0.0, 1.0);
     u * u * (3.0 - 2.0 * u)
 }
@@ -78,12 +78,13 @@ pub(super) fn smooth_max(a: f64, b: f64, k: f64) -> f64 {
     a.max(b) + h * h * h * k / 6.0
 }
 
-/// Bell of height 1 and standard deviation `sigma`.
+/// Gaussian of height 1 and standard deviation `sigma`, zero beyond 4.5 sigma.
 pub(super) fn bell(d: f64, sigma: f64) -> f64 {
     let u = d / sigma;
     if u.abs() > 4.5 { 0.0 } else { (-0.5 * u * u).exp() }
 }
 
+/// Linear interpolation from `a` (t = 0) to `b` (t = 1).
 pub(super) fn mix(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }

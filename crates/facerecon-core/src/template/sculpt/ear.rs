@@ -27,15 +27,15 @@ pub(crate) struct Spoke {
     pub(crate) floor: f64,
 }
 
-/// The auricle as a whole.
+/// Shape of the whole auricle.
 #[derive(Debug, Clone)]
 pub(crate) struct EarShape {
-    /// Middle of the bowl (y, z).
+    /// Middle of the bowl `[y, z]`.
     pub(crate) middle: [f64; 2],
     /// Backward tilt of the long axis, degrees.
     pub(crate) tilt: f64,
     pub(crate) scale: f64,
-    /// Factor on the heights: how far the ear stands out.
+    /// Factor on the heights over the side of the head.
     pub(crate) protrusion: f64,
     pub(crate) spokes: Vec<Spoke>,
 }
@@ -71,11 +71,12 @@ impl Default for EarShape {
     }
 }
 
-/// Where the rings lie between the root (1) and the middle of the bowl (0).
+/// Positions of the rings between the root (1) and the middle of the bowl (0).
 const LAYERS: [f64; 11] = [1.0, 0.90, 0.80, 0.74, 0.69, 0.63, 0.56, 0.46, 0.33, 0.17, 0.0];
 
+/// The ear of a sculpt.
 #[derive(Debug, Clone)]
-pub(super) struct Ear {
+pub struct Ear {
     middle: [f64; 2],
     tilt: f64,
     /// Distance and height of each ring over the direction in radians.
@@ -97,7 +98,7 @@ impl Ear {
                 Curve::periodic(&knots, TAU)
             })
         };
-        // How much of a back the auricle has in this direction: none in front.
+        // Share of the back of the auricle in this direction: none in front.
         let free = |s: &Spoke| smoothstep(0.0, 7.0, s.rim - s.root);
         let rings = vec![
             ring(&|s| [s.root, 0.0]),
@@ -134,9 +135,8 @@ impl Ear {
         (angle, up.hypot(back) / self.root.at(angle))
     }
 
-    #[cfg(test)]
-    /// Inverse of [`Self::polar`].
-    pub(super) fn side_point(&self, angle: f64, fraction: f64) -> [f64; 2] {
+    /// Inverse of [`Self::polar`]: `[y, z]` at a direction (radians) and a fraction of the root.
+    pub fn side_point(&self, angle: f64, fraction: f64) -> [f64; 2] {
         let r = fraction * self.root.at(angle);
         let a = angle - self.tilt;
         [self.middle[0] + r * a.cos(), self.middle[1] - r * a.sin()]

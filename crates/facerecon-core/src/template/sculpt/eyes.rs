@@ -1,20 +1,20 @@
-//! The eye: a ball in its socket, lids that wrap it, the fold above and the bag below.
+//! The eye: eyeball, lids, the fold above the upper lid and the groove below the lower lid.
 
 use super::curve::{Curve, bell, mix, smooth_max, smoothstep};
 
 /// Measures of the eye on the +x side, millimetres in the model frame.
 #[derive(Debug, Clone)]
 pub(crate) struct EyeShape {
-    /// Inner and outer corner (x, y).
+    /// Inner and outer corner `[x, y]`.
     pub(crate) inner: [f64; 2],
     pub(crate) outer: [f64; 2],
     /// Heights of the lid margins over the line between the corners.
     pub(crate) upper: f64,
     pub(crate) lower: f64,
-    /// Centre and radius of the ball.
+    /// Centre and radius of the eyeball.
     pub(crate) centre: [f64; 3],
     pub(crate) radius: f64,
-    /// Lid thickness over the ball.
+    /// Thickness of the lids.
     pub(crate) lid: f64,
 }
 
@@ -32,8 +32,9 @@ impl Default for EyeShape {
     }
 }
 
+/// The eye of a sculpt.
 #[derive(Debug, Clone)]
-pub(crate) struct Eye {
+pub struct Eye {
     pub(crate) shape: EyeShape,
     upper: Curve,
     lower: Curve,
@@ -73,15 +74,21 @@ impl Eye {
         (x - s.inner[0]) / (s.outer[0] - s.inner[0])
     }
 
+    /// Inner and outer corner `[x, y]`.
+    pub fn corners(&self) -> [[f64; 2]; 2] {
+        [self.shape.inner, self.shape.outer]
+    }
+
     /// Heights of the upper and the lower lid margin at x.
-    pub(crate) fn margins(&self, x: f64) -> (f64, f64) {
+    pub fn margins(&self, x: f64) -> (f64, f64) {
         let s = &self.shape;
         let t = self.along(x).clamp(0.0, 1.0);
         let line = mix(s.inner[1], s.outer[1], t);
         (line + s.upper * self.upper.at(t), line - s.lower * self.lower.at(t))
     }
 
-    /// Depth inside the opening, positive inside, in mm (approximate away from the margins).
+    /// Distance inside the opening between the lids, mm, negative outside (approximate away from
+    /// the margins).
     pub(crate) fn inside(&self, x: f64, y: f64) -> f64 {
         let s = &self.shape;
         let (up, low) = self.margins(x);
@@ -89,8 +96,8 @@ impl Eye {
         (up - y).min(y - low) * 0.9 - beyond
     }
 
-    /// Height of the furrow above the upper lid at x.
-    pub(super) fn fold(&self, x: f64) -> f64 {
+    /// Height of the fold above the upper lid at x.
+    pub fn fold(&self, x: f64) -> f64 {
         let t = self.along(x).clamp(0.0, 1.0);
         self.margins(x).0 + 2.2 + 2.0 * (std::f64::consts::PI * t).sin()
     }
@@ -108,22 +115,22 @@ impl Eye {
         let low = self.margins(x).1;
         let inside = self.inside(x, y);
 
-        // Lids: the ball thickened, blended into the socket.
+        // Lids: a shell around the eyeball, blended into the socket.
         let thin = 0.6 * smoothstep(2.0, -8.0, dy);
         let shell = sphere(s.radius + s.lid - thin) - 0.02 * dx * dx.abs().min(8.0);
         let mut lid = smooth_max(mask, shell, mix(6.0, 11.0, smoothstep(3.0, -6.0, dy)));
         let in_span = smoothstep(-0.25, 0.05, self.along(x)) * smoothstep(1.3, 0.9, self.along(x));
-        // Fold of the upper lid: a furrow with a soft overhang above it, deepest in the middle.
+        // Fold of the upper lid: a groove with a bulge above it.
         let fold = self.fold(x);
         lid -= in_span * (1.5 * bell(y - fold, 1.0) - 0.9 * bell(y - fold - 3.2, 2.0));
         // Groove under the lower lid.
         lid -= in_span * (0.5 * bell(y - low + 6.0, 1.8) - 0.35 * bell(y - low + 2.4, 1.5));
-        // Inner corner sinks toward the nose.
+        // The inner corner is deeper.
         lid -= 1.2 * bell(x - s.inner[0] + 1.5, 3.0) * bell(y - s.inner[1], 3.5);
-        // Round edge of the lids.
+        // Rounded edge of the lids.
         lid -= 0.35 * smoothstep(-0.7, 0.0, inside);
 
-        // Ball with its cornea; toward the corners the tissue of the socket.
+        // Eyeball with cornea; tissue of the socket toward the corners.
         let cornea = 0.7 * smoothstep(6.5, 3.0, d2.sqrt());
         let ball = smooth_max(sphere(s.radius) + cornea, lid - 3.2, 1.5);
         let eye = mix(lid, ball.min(lid - 0.5), smoothstep(0.0, 0.45, inside));

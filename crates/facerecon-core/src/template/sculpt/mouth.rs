@@ -1,4 +1,4 @@
-//! The lips: two rolls around the lip line, with the bow above and the groove of the philtrum.
+//! The mouth: upper and lower lip around the lip line, Cupid's bow and philtrum.
 
 use super::curve::{Curve, bell, smoothstep};
 use crate::math::Vec3;
@@ -24,8 +24,9 @@ impl Default for MouthShape {
     }
 }
 
+/// The mouth of a sculpt.
 #[derive(Debug, Clone)]
-pub(crate) struct Mouth {
+pub struct Mouth {
     shape: MouthShape,
     /// Vermilion heights over `|x| / half_width`, as fractions of the middle.
     upper: Curve,
@@ -84,23 +85,24 @@ impl Mouth {
     }
 
     /// Height of the lip line at x.
-    pub(crate) fn line(&self, x: f64) -> f64 {
+    pub fn line(&self, x: f64) -> f64 {
         let s = &self.shape;
         let t = (x.abs() / s.half_width).min(1.15);
-        // The tubercle of the upper lip hangs into the middle.
+        // The tubercle of the upper lip lowers the middle.
         s.line + (s.corner - s.line) * t * t + 0.7 * (bell(t - 0.38, 0.18) + bell(t + 0.38, 0.18))
             - 0.5 * bell(t, 0.16)
     }
 
     /// Heights of the vermilion borders (upper, lower) at x.
-    pub(crate) fn borders(&self, x: f64) -> (f64, f64) {
+    pub fn borders(&self, x: f64) -> (f64, f64) {
         let s = &self.shape;
         let t = x.abs() / s.half_width;
         let line = self.line(x);
         (line + s.upper * self.upper.at(t), line - s.lower * self.lower.at(t))
     }
 
-    pub(crate) fn half_width(&self) -> f64 {
+    /// Half of the width between the corners, mm.
+    pub fn half_width(&self) -> f64 {
         self.shape.half_width
     }
 
@@ -113,7 +115,7 @@ impl Mouth {
         let t = x / s.half_width;
         let line = self.line(x);
         let above = y > line;
-        // Heights never vanish, so that the relief closes softly beyond the corners.
+        // Heights stay positive, so that the relief fades out beyond the corners.
         let (share, scale, relief) = if above {
             (self.upper.at(t), s.upper, &self.upper_relief)
         } else {
@@ -126,12 +128,12 @@ impl Mouth {
         let crease = smoothstep(1.18, 0.86, t) * (0.35 + 0.65 * along.sqrt());
         let r = relief.at(u);
         let mut z = if u < 0.2 { r.min(0.0) * crease + r.max(0.0) * volume } else { r * volume };
-        // Philtrum: a groove between two soft ridges that end at the peaks of the bow.
+        // Philtrum: a groove between two ridges that end at the peaks of Cupid's bow.
         let column = smoothstep(line + s.upper + 14.5, line + s.upper + 10.0, y)
             * smoothstep(line + 0.55 * s.upper, line + 1.05 * s.upper, y);
         let spread = 3.4 + 1.6 * smoothstep(line + s.upper + 12.0, line + s.upper, y);
         z += column * (0.55 * bell(x - spread, 1.7) - 0.85 * bell(x, 2.0));
-        // The corner is tucked in.
+        // The corners are deeper.
         z -= 0.8 * bell(t - 1.04, 0.10) * bell(y - line, 2.4);
         Vec3::new(0.0, 0.0, z)
     }

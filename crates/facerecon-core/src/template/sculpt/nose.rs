@@ -1,4 +1,4 @@
-//! The nose: a ridge set by its profile, bulbs for the wings, hollows for the nostrils.
+//! The nose: a ridge with a given profile, bulges for the wings (alae), hollows for the nostrils.
 
 use super::curve::{Curve, bell, mix, smooth_max, smoothstep};
 use crate::math::Vec3;
@@ -10,7 +10,7 @@ pub(crate) struct NoseShape {
     pub(crate) profile: Vec<(f64, f64)>,
     /// Half width of the cone of the nose at heights `(y, half width)`.
     pub(crate) half_width: Vec<(f64, f64)>,
-    /// Centre of the wing, its semi-axes across and along, and how far it stands out.
+    /// Centre of the wing, its semi-axes across and along, and its height.
     pub(crate) wing: [f64; 2],
     pub(crate) wing_radii: [f64; 2],
     pub(crate) wing_rise: f64,
@@ -64,8 +64,9 @@ impl Default for NoseShape {
 /// Cosine and sine of the tilt of the nostrils' axes.
 const TILT: (f64, f64) = (0.90, 0.436);
 
+/// The nose of a sculpt.
 #[derive(Debug, Clone)]
-pub(super) struct Nose {
+pub struct Nose {
     shape: NoseShape,
     ridge: Curve,
     half_width: Curve,
@@ -80,26 +81,18 @@ impl Nose {
         }
     }
 
-    #[cfg(test)]
-    /// Mask point on the ring of relative radius `r` around the nostril.
-    pub(super) fn nostril_point(&self, angle: f64, r: f64) -> [f64; 2] {
+    /// Mask point `[x, y]` on the ring of relative radius `r` around the nostril.
+    pub fn nostril_point(&self, angle: f64, r: f64) -> [f64; 2] {
         let s = &self.shape;
         let (a, b) = (r * angle.cos() * s.nostril_radii[0], r * angle.sin() * s.nostril_radii[1]);
         [s.nostril[0] + TILT.0 * a + TILT.1 * b, s.nostril[1] - TILT.1 * a + TILT.0 * b]
     }
 
-    #[cfg(test)]
-    /// Mask point on the ring of relative radius `r` around the wing (angle 0 to the side).
-    pub(super) fn wing_point(&self, angle: f64, r: f64) -> [f64; 2] {
+    /// Mask point `[x, y]` on the ring of relative radius `r` around the wing (angle 0 to the side).
+    pub fn wing_point(&self, angle: f64, r: f64) -> [f64; 2] {
         let s = &self.shape;
         let (u, v) = (r * angle.cos(), r * angle.sin());
         [s.wing[0] + (u + 0.25 * v) * s.wing_radii[0], s.wing[1] + v * s.wing_radii[1]]
-    }
-
-    #[cfg(test)]
-    /// Mask point of the most lateral place of the wing.
-    pub(super) fn ala(&self) -> [f64; 2] {
-        self.wing_point(0.0, 0.97)
     }
 
     /// Displacement at the mask point (x, y), x >= 0; `mid` is the z of the mask on the midline
@@ -114,24 +107,24 @@ impl Nose {
         let rise = (self.ridge.at(y) - mid) * fade;
         let t = (x / self.half_width.at(y)).min(1.0);
         let cone = 0.5 + 0.5 * (std::f64::consts::PI * t).cos();
-        // Rounder toward the tip, where two cartilages stand side by side.
+        // Rounder near the tip.
         let lobule = bell(y + 14.0, 7.0);
         let section = mix(cone, 1.0 - t * t * (1.6 - 0.6 * t * t), 0.5 * lobule);
         let mut d = Vec3::new(0.0, 0.0, rise * section);
 
-        // Wing: a bulb with a steep outer wall.
+        // Wing: a bulge with a steep outer wall.
         let (u, v) = ((x - s.wing[0]) / s.wing_radii[0], (y - s.wing[1]) / s.wing_radii[1]);
         let (u, v) = (u - 0.25 * v, v);
         let r = u.hypot(v);
-        // Falls off a cliff outside, so that it only shows where it rises over the cone.
+        // Very steep outside, so that the maximum below keeps it only where it exceeds the cone.
         let dome = s.wing_rise * (1.0 - r.powf(2.6)).max(-3.0);
         let outer = smoothstep(-0.5, 0.7, u);
         d.z = smooth_max(d.z, dome, mix(13.0, 2.5, outer));
         d.x += 1.2 * bell(r - 0.85, 0.3) * u.max(0.0);
-        // Furrow behind and above the wing.
+        // Groove behind and above the wing.
         d.z -= 1.0 * bell(r - 1.12, 0.18) * smoothstep(-0.5, 0.3, u + 0.4 * v);
 
-        // Nostril: the floor of the nose pushed up and back.
+        // Nostril: the base of the nose displaced upward and backward.
         let (u, v) = (x - s.nostril[0], y - s.nostril[1]);
         let (u, v) = (
             (TILT.0 * u - TILT.1 * v) / s.nostril_radii[0],

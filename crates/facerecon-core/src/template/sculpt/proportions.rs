@@ -1,21 +1,21 @@
-//! The measures the head is made of, in millimetres.
+//! The measures of the built-in head, in millimetres.
 //!
 //! Lengths, breadths and depths are adult means after L. G. Farkas, "Anthropometry of the Head
-//! and Face" (2nd ed., 1994), averaged over sexes and rounded; depths that the tables do not
-//! give (skin surface behind the facial plane at heights between landmarks) were chosen to
-//! agree with them by eye and by comparison with average faces.
+//! and Face" (2nd ed., 1994), averaged over sexes and rounded. Depths that the tables do not give
+//! (skin surface at heights between landmarks) were chosen by eye and by comparison with average
+//! faces.
 //! Frame: origin midway between the tragi, x to the viewer's right, y up, z toward the viewer.
 
-/// A loop around the head: see [`super::base`].
+/// A horizontal loop around the head; `base` interpolates between loops.
 #[derive(Debug, Clone)]
 pub(crate) struct Loop {
-    /// Height at front, side and back.
+    /// Height `[front, side, back]`.
     pub(crate) y: [f64; 3],
     pub(crate) half_breadth: f64,
-    /// z of the foremost and the hindmost point.
+    /// z of the frontmost and the rearmost point.
     pub(crate) front: f64,
     pub(crate) back: f64,
-    /// z where the loop is broadest.
+    /// z of the greatest breadth.
     pub(crate) centre: f64,
     /// Superellipse exponent of the front and the back half (2 is an ellipse).
     pub(crate) squareness: [f64; 2],
@@ -52,12 +52,12 @@ pub(super) const LOOPS: [Loop; 16] = [
     ring([-160.0, -154.0, -145.0], 60.0, 30.0, -82.0, -24.0, [2.0, 2.0]),
 ];
 
-/// A soft rise (or hollow) of the large form: Gaussian in space, along the surface normal.
+/// A Gaussian displacement of the loft along its normal, outward or (negative height) inward.
 #[derive(Debug, Clone)]
 pub(crate) struct Mound {
-    /// What it models; also the handle of subject variation.
+    /// The anatomical region.
     pub(crate) name: &'static str,
-    /// Centre; x counts for both sides.
+    /// Centre; mirrored to the other side.
     pub(crate) at: [f64; 3],
     /// Standard deviations along the axes.
     pub(crate) sigma: [f64; 3],
@@ -68,7 +68,7 @@ const fn mound(name: &'static str, at: [f64; 3], sigma: [f64; 3], height: f64) -
     Mound { name, at, sigma, height }
 }
 
-/// Planes of the face over the loft.
+/// Displacements of the loft that give the planes of the face.
 pub(super) const MOUNDS: [Mound; 24] = [
     mound("brow", [26.0, 40.0, 98.0], [12.0, 6.0, 20.0], 1.5),
     mound("brow", [45.0, 38.0, 86.0], [9.0, 7.0, 20.0], 4.5),

@@ -1,28 +1,28 @@
-//! From the half in the chart to the whole head as a mesh.
+//! From half a head in the chart to the mesh of the whole head.
 
-use super::asset::{HalfHead, LANDMARKS};
+use super::half_head::{HALF_LANDMARKS, HalfHead};
 use super::sculpt::Sculpt;
 use crate::data::{Landmarks, Mesh, Rgb};
 use crate::math::Vec3;
 
-/// A mesh to bend to a face, with the places of the named features on it.
+/// A head mesh to deform to a face, with its landmarks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Template {
-    /// Its name: `head`, `head-coarse`, or that of its file.
+    /// `head`, `head-coarse`, or the name of its file.
     pub name: String,
-    /// The head in the model frame: x right as seen by the viewer, y up, z toward the viewer, mm,
+    /// The mesh in the model frame: x right as seen by the viewer, y up, z toward the viewer, mm,
     /// origin between the ears.
     pub mesh: Mesh,
-    /// Vertices of the 18 features.
+    /// Vertices of the 18 landmarks.
     pub landmarks: Landmarks,
-    /// The same head with fewer vertices, where there is one.
+    /// The same head with fewer vertices, if there is one.
     pub coarse: Option<Mesh>,
-    /// Its own texture, where it has one.
+    /// Its own texture, if it has one.
     pub texture: Option<Rgb>,
 }
 
-/// Evaluates the sculpt at the half's vertices and adds the mirror image; vertices on the
-/// midline are shared.
+/// Evaluates the sculpt at the vertices of the half and adds the mirror image. Both halves share
+/// the vertices on the midline.
 pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {
     let (n, m) = (half.q.len(), half.midline);
     let mut vertices: Vec<Vec3> = half.q.iter().map(|&q| sculpt.point(q)).collect();
@@ -34,7 +34,7 @@ pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {
     let mut faces = half.faces.clone();
     faces.extend(half.faces.iter().map(|&[a, b, c]| [a, c, b].map(mirror)));
 
-    // Texture: the part of the midline at u = 0.5 is shared, the seam is not.
+    // Both halves share the texture coordinates at u = 0.5 (front midline), not those of the seam.
     let mut uvs = half.uv.clone();
     let mut mirrored = Vec::with_capacity(n);
     for (i, &[u, v]) in half.uv.iter().enumerate() {
@@ -49,7 +49,7 @@ pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {
     face_uvs.extend(half.faces.iter().map(|&[a, b, c]| [a, c, b].map(|i| mirrored[i as usize])));
 
     let mut landmarks = Landmarks::new();
-    for (name, &i) in LANDMARKS.iter().zip(&half.landmarks) {
+    for (name, &i) in HALF_LANDMARKS.iter().zip(&half.landmarks) {
         if name.contains("{}") {
             // The viewer's right is +x.
             landmarks.insert(name.replace("{}", "right"), i);

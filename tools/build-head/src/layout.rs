@@ -1,44 +1,53 @@
-//! Vertices of the built-in head before it is a mesh: rows along the midline, the neck border
-//! and the features, and an even filling between them.
+//! Vertices of the half head before triangulation: rows along the midline, the neck border and the
+//! feature lines, and free vertices at even distances between them.
 
-use super::sculpt::{NECK_LATITUDE_DEG, Sculpt};
-use crate::math::Vec3;
+use crate::feature_lines::{
+    feature_lines, lip_line, midline_at, midline_landmarks, side_landmarks,
+};
+use facerecon_core::math::Vec3;
+use facerecon_core::template::build::{NECK_LATITUDE_DEG, Sculpt};
 use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How fine a head is made.
+/// Resolution of a head.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Fineness {
-    /// Factor on all edge lengths of the filling.
+pub struct Resolution {
+    /// Factor on the edge lengths between the feature lines.
     pub(crate) scale: f64,
-    /// Factor on the spacing along features.
+    /// Factor on the spacing along feature lines.
     pub(crate) along: f64,
-    /// Whether the secondary features are followed.
+    /// Whether the lines of fine heads are included.
     pub(crate) all_features: bool,
-    /// Candidates per unit of the chart in each direction for the filling.
+    /// Candidates for free vertices per unit of the chart in each direction.
     pub(crate) candidates: usize,
 }
 
-/// What holds a vertex.
+/// What a vertex lies on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Hold {
+pub(crate) enum VertexKind {
     Midline,
     Border,
     Feature,
     Free,
 }
 
+/// Least spacing of free vertices as a fraction of the target edge length; below 1, as random darts
+/// leave gaps.
+const DART_SPACING: f64 = 0.80;
+
 /// Vertices of the half head in the chart.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub(crate) q: Vec<Vector2<f64>>,
-    pub(crate) hold: Vec<Hold>,
+    pub(crate) kinds: Vec<VertexKind>,
     /// Edges that the mesh must have.
     pub(crate) edges: Vec<[usize; 2]>,
     /// Landmark names (paired ones with `{}` for the side) and vertices.
     pub(crate) landmarks: Vec<(&'static str, usize)>,
 }
 
-/// Wanted edge length at a point of the head, mm, for scale 1.
+/// Target edge length at a point of the head, mm, for scale 1: about 2.5 mm at eyes, nose and mouth,
+/// 3.6 mm at the ears, growing with the distance from them to at most 10 mm.
 pub(crate) fn edge_length(p: &Vec3) -> f64 {
     let gap = |centre: [f64; 3], radii: [f64; 3]| {
         let d = Vec3::new(p.x.abs() - centre[0], p.y - centre[1], p.z - centre[2]);
@@ -52,72 +61,73 @@ pub(crate) fn edge_length(p: &Vec3) -> f64 {
     (2.45 + 0.085 * core).min(3.6 + 0.13 * ear).min(10.0)
 }
 
-/// Inner products of the surface's tangents at `q`: |J dq| is a length in mm.
-pub(crate) fn metric(sculpt: &Sculpt, q: Vector2<f64>) -> Matrix2<f64> {
-    let [a, b] = tangents(sculpt, q);
+/// First fundamental form of the surface from its tangents: `dq' M dq` is a squared length in mm.
+pub(crate) fn metric([a, b]: [Vec3; 2]) -> Matrix2<f64> {
     Matrix2::new(a.dot(&a), a.dot(&b), a.dot(&b), b.dot(&b))
 }
 
 /// Derivatives of the surface along the chart's axes.
 pub(crate) fn tangents(sculpt: &Sculpt, q: Vector2<f64>) -> [Vec3; 2] {
-    let h = 2e-4;
+    /// Step of the difference quotient, chart units.
+    const H: f64 = 2e-4;
     let inward = |d: Vector2<f64>| if (q + d).norm() < 1.0 { d } else { -d };
-    [Vector2::new(h, 0.0), Vector2::new(0.0, h)].map(|d| {
+    [Vector2::new(H, 0.0), Vector2::new(0.0, H)].map(|d| {
         let (d, sign) = (inward(d), if inward(d) == d { 1.0 } else { -1.0 });
-        (sculpt.point(q + d) - sculpt.point(q)) * (sign / h)
+        (sculpt.point(q + d) - sculpt.point(q)) * (sign / H)
     })
 }
 
 impl Layout {
-    pub(crate) fn new(sculpt: &Sculpt, fineness: Fineness) -> Self {
+    pub(crate) fn new(sculpt: &Sculpt, resolution: Resolution) -> Self {
         let mut layout = Self::default();
-        layout.midline(sculpt, fineness);
-        layout.border(sculpt, fineness);
-        for (name, q) in sculpt.side_landmarks() {
-            let vertex = layout.push(q, Hold::Feature);
+        layout.midline(sculpt, resolution);
+        layout.border(sculpt, resolution);
+        for (name, q) in side_landmarks(sculpt) {
+            let vertex = layout.push(q, VertexKind::Feature);
             layout.landmarks.push((name, vertex));
         }
-        for feature in sculpt.features() {
-            if fineness.all_features || !feature.fine_only {
+        for feature in feature_lines(sculpt) {
+            if resolution.all_features || !feature.fine_only {
                 let line = resample(
                     sculpt,
                     &feature.line,
                     feature.closed,
-                    feature.spacing * fineness.along,
+                    feature.spacing * resolution.along,
                 );
-                layout.chain(sculpt, &line, feature.closed, feature.apart * fineness.along);
+                let merge_distance = feature.merge_distance * resolution.along;
+                layout.chain(sculpt, &line, feature.closed, merge_distance);
             }
         }
-        layout.fill(sculpt, fineness);
+        layout.fill(sculpt, resolution);
         layout
     }
 
-    fn push(&mut self, q: Vector2<f64>, hold: Hold) -> usize {
+    fn push(&mut self, q: Vector2<f64>, kinds: VertexKind) -> usize {
         self.q.push(q);
-        self.hold.push(hold);
+        self.kinds.push(kinds);
         self.q.len() - 1
     }
 
-    fn midline(&mut self, sculpt: &Sculpt, fineness: Fineness) {
+    fn midline(&mut self, sculpt: &Sculpt, resolution: Resolution) {
         let neck = NECK_LATITUDE_DEG.to_radians();
-        let marks = sculpt.midline_landmarks();
-        let mut stops = vec![-neck];
         let mut heights: Vec<(f64, Option<&'static str>)> =
-            marks.iter().map(|m| (m.1, Some(m.0))).collect();
-        heights.push((sculpt.lip_line(), None));
+            midline_landmarks(sculpt).iter().map(|m| (m.1, Some(m.0))).collect();
+        heights.push((lip_line(sculpt), None));
         heights.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Chart angles that must have a vertex: neck, landmarks and lip line, neck.
+        let mut stops = vec![-neck];
         stops.extend(heights.iter().map(|h| {
-            let q = sculpt.midline_at(h.0);
+            let q = midline_at(sculpt, h.0);
             q.y.atan2(q.x)
         }));
-        stops.push(std::f64::consts::PI + neck);
+        stops.push(PI + neck);
         for (k, pair) in stops.windows(2).enumerate() {
-            let angles = even_steps(pair[0], pair[1], fineness.scale, |a| {
+            let angles = even_steps(pair[0], pair[1], resolution.scale, |a| {
                 sculpt.point(Vector2::new(a.cos(), a.sin()))
             });
             for (i, a) in angles.iter().enumerate() {
                 if i > 0 || k == 0 {
-                    self.push(Vector2::new(a.cos(), a.sin()), Hold::Midline);
+                    self.push(Vector2::new(a.cos(), a.sin()), VertexKind::Midline);
                 }
             }
             if let Some((_, Some(name))) = heights.get(k) {
@@ -127,7 +137,7 @@ impl Layout {
         self.edges.extend((1..self.q.len()).map(|i| [i - 1, i]));
     }
 
-    fn border(&mut self, sculpt: &Sculpt, fineness: Fineness) {
+    fn border(&mut self, sculpt: &Sculpt, resolution: Resolution) {
         let (front, back) = (0, self.q.len() - 1);
         let chart = |theta: f64| {
             let latitude = -NECK_LATITUDE_DEG.to_radians();
@@ -136,33 +146,33 @@ impl Layout {
                 latitude.sin(),
                 latitude.cos() * theta.cos(),
             );
-            let r = d.x.clamp(-1.0, 1.0).acos() / std::f64::consts::FRAC_PI_2;
+            let r = d.x.clamp(-1.0, 1.0).acos() / FRAC_PI_2;
             let flat = d.y.hypot(d.z);
             Vector2::new(r * d.z / flat, r * d.y / flat)
         };
-        let steps =
-            even_steps(0.0, std::f64::consts::PI, fineness.scale, |t| sculpt.point(chart(t)));
+        let steps = even_steps(0.0, PI, resolution.scale, |t| sculpt.point(chart(t)));
         let mut last = front;
         for t in &steps[1..steps.len() - 1] {
-            let vertex = self.push(chart(*t), Hold::Border);
+            let vertex = self.push(chart(*t), VertexKind::Border);
             self.edges.push([last, vertex]);
             last = vertex;
         }
         self.edges.push([last, back]);
     }
 
-    /// Adds a row of feature vertices; one that falls on or near an earlier vertex is that one.
-    fn chain(&mut self, sculpt: &Sculpt, line: &[Vector2<f64>], closed: bool, near: f64) {
+    /// Adds a row of vertices with the edges between them. A vertex closer than `merge_distance` (mm)
+    /// to an earlier one is merged with it.
+    fn chain(&mut self, sculpt: &Sculpt, line: &[Vector2<f64>], closed: bool, merge_distance: f64) {
         let before = self.q.len();
         let mut row = Vec::with_capacity(line.len());
         for &q in line {
-            let m = metric(sculpt, q * 0.9999);
-            let close = (0..before)
+            let m = metric(tangents(sculpt, q * 0.9999));
+            let closest = (0..before)
                 .map(|i| (((self.q[i] - q).transpose() * m * (self.q[i] - q))[(0, 0)].sqrt(), i))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
-            let vertex = match close {
-                Some((d, i)) if d < near => i,
-                _ => self.push(q, Hold::Feature),
+            let vertex = match closest {
+                Some((d, i)) if d < merge_distance => i,
+                _ => self.push(q, VertexKind::Feature),
             };
             if row.last() != Some(&vertex) {
                 row.push(vertex);
@@ -174,11 +184,11 @@ impl Layout {
         }
     }
 
-    /// Fills the rest by throwing darts: a candidate stays when no vertex is nearer than the
-    /// wanted edge length, measured along the surface by the metric at the candidate.
-    fn fill(&mut self, sculpt: &Sculpt, fineness: Fineness) {
-        let n = fineness.candidates;
-        // The ear is small in the chart: candidates are twice as dense around it, in each direction.
+    /// Adds free vertices by dart throwing: a candidate becomes a vertex when no other vertex is closer
+    /// than `DART_SPACING` of the target edge length, measured along the surface by the metric at the
+    /// candidate.
+    fn fill(&mut self, sculpt: &Sculpt, resolution: Resolution) {
+        let n = resolution.candidates;
         let mut candidates: Vec<Vector2<f64>> = Vec::new();
         for i in 0..2 * n {
             for j in 0..2 * n {
@@ -191,25 +201,26 @@ impl Layout {
         let sine = -NECK_LATITUDE_DEG.to_radians().sin();
         for q in candidates {
             let r = q.norm();
-            if r > 0.995 || (r * std::f64::consts::FRAC_PI_2).sin() * q.y < (sine + 0.01) * r {
+            if r > 0.995 || (r * FRAC_PI_2).sin() * q.y < (sine + 0.01) * r {
                 continue;
             }
-            let m = metric(sculpt, q);
-            let wanted = 0.80 * fineness.scale * edge_length(&sculpt.point(q));
-            let limit = wanted * wanted;
+            let m = metric(tangents(sculpt, q));
+            let spacing = DART_SPACING * resolution.scale * edge_length(&sculpt.point(q));
+            let limit = spacing * spacing;
             let free = self.q.iter().all(|p| {
                 let d = p - q;
                 m[(0, 0)] * d.x * d.x + 2.0 * m[(0, 1)] * d.x * d.y + m[(1, 1)] * d.y * d.y > limit
             });
             if free {
-                self.push(q, Hold::Free);
+                self.push(q, VertexKind::Free);
             }
         }
     }
 }
 
-/// Parameters from `a` to `b` whose points are as far apart as wanted, both ends included.
+/// Parameters from `a` to `b`, both included, whose points are one target edge length apart.
 fn even_steps(a: f64, b: f64, scale: f64, point: impl Fn(f64) -> Vec3) -> Vec<f64> {
+    /// Steps of the arc length integral.
     const FINE: usize = 600;
     let at = |k: usize| a + (b - a) * k as f64 / FINE as f64;
     let mut sum = vec![0.0];
@@ -220,15 +231,15 @@ fn even_steps(a: f64, b: f64, scale: f64, point: impl Fn(f64) -> Vec3) -> Vec<f6
     let n = (sum[FINE].round() as usize).max(1);
     (0..=n)
         .map(|i| {
-            let wanted = sum[FINE] * i as f64 / n as f64;
-            let k = sum.partition_point(|&s| s < wanted).clamp(1, FINE);
-            let f = (wanted - sum[k - 1]) / (sum[k] - sum[k - 1]).max(1e-300);
+            let target = sum[FINE] * i as f64 / n as f64;
+            let k = sum.partition_point(|&s| s < target).clamp(1, FINE);
+            let f = (target - sum[k - 1]) / (sum[k] - sum[k - 1]).max(1e-300);
             if i == n { b } else { at(k - 1) + (at(k) - at(k - 1)) * f }
         })
         .collect()
 }
 
-/// A polyline at even distances along the surface.
+/// Points at even distances (mm, along the surface) on a polyline of the chart.
 fn resample(
     sculpt: &Sculpt,
     line: &[Vector2<f64>],
@@ -248,15 +259,15 @@ fn resample(
     let n = ((total / spacing).round() as usize).max(3);
     (0..if closed { n } else { n + 1 })
         .map(|i| {
-            let wanted = total * i as f64 / n as f64;
-            let k = sum.partition_point(|&s| s < wanted).clamp(1, line.len() - 1);
-            let f = ((wanted - sum[k - 1]) / (sum[k] - sum[k - 1]).max(1e-300)).clamp(0.0, 1.0);
+            let target = total * i as f64 / n as f64;
+            let k = sum.partition_point(|&s| s < target).clamp(1, line.len() - 1);
+            let f = ((target - sum[k - 1]) / (sum[k] - sum[k - 1]).max(1e-300)).clamp(0.0, 1.0);
             line[k - 1] + (line[k] - line[k - 1]) * f
         })
         .collect()
 }
 
-/// Fisher-Yates with a fixed linear congruential sequence: the same head every time.
+/// Fisher-Yates shuffle with a fixed linear congruential sequence, so that the result is repeatable.
 fn shuffle<T>(items: &mut [T]) {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     for i in (1..items.len()).rev() {

@@ -1,12 +1,12 @@
-//! Colour of a made-up person: skin with its zones and grain, lips, brows, eyes, hair.
+//! Colours of a made-up person: skin with regional tints and texture, lips, brows, eyes, hair.
 
-use super::sculpt::Sculpt;
-use super::subject::Draw;
 use crate::math::Vec3;
+use crate::synthetic::random::Sequence;
+use crate::template::{Sculpt, smoothstep};
 
 type Colour = [f64; 3];
 
-/// Linear RGB of light, medium and dark skin.
+/// Linear RGB of skin, eyes and hair, from light to dark.
 const TONES: [Colour; 4] =
     [[0.60, 0.385, 0.285], [0.50, 0.295, 0.20], [0.34, 0.185, 0.115], [0.16, 0.082, 0.05]];
 const IRISES: [Colour; 4] =
@@ -14,20 +14,20 @@ const IRISES: [Colour; 4] =
 const HAIRS: [Colour; 4] =
     [[0.16, 0.095, 0.045], [0.06, 0.034, 0.018], [0.028, 0.018, 0.012], [0.012, 0.010, 0.009]];
 
-/// What a person is coloured with.
+/// The colours of a person as a function of position.
 #[derive(Clone, Debug)]
 pub(super) struct Skin {
     sculpt: Sculpt,
     tone: Colour,
     hair: Colour,
     iris: Colour,
-    /// Strength of the shadow of a shaved beard, 0 to 1.
+    /// Strength of the tint of a shaved beard, 0 to 1.
     beard: f64,
     /// Height of the hairline over the forehead, mm.
     hairline: f64,
-    /// Moles: places and sizes, mm.
+    /// Moles: positions and sizes, mm.
     moles: Vec<(Vec3, f64)>,
-    /// Makes the noise this person's own.
+    /// Shift of the noise, different for each person.
     offset: Vec3,
 }
 
@@ -39,17 +39,13 @@ fn scale(a: Colour, by: Colour) -> Colour {
     [0, 1, 2].map(|k| a[k] * by[k])
 }
 
-fn step(a: f64, b: f64, t: f64) -> f64 {
-    let u = ((t - a) / (b - a)).clamp(0.0, 1.0);
-    u * u * (3.0 - 2.0 * u)
-}
-
+/// Gaussian at `at` and at its mirror image.
 fn spot(p: &Vec3, at: [f64; 3], sigma: [f64; 3]) -> f64 {
     let d = [p.x.abs() - at[0], p.y - at[1], p.z - at[2]];
     (-0.5 * (0..3).map(|k| (d[k] / sigma[k]).powi(2)).sum::<f64>()).exp()
 }
 
-/// Smooth noise in space, -1 to 1, features about one unit large.
+/// Smooth value noise in space, -1 to 1, with structures of about one unit.
 fn noise(p: Vec3) -> f64 {
     let cell = p.map(f64::floor);
     let f = (p - cell).map(|t| t * t * t * (t * (t * 6.0 - 15.0) + 10.0));
@@ -67,37 +63,40 @@ fn noise(p: Vec3) -> f64 {
 }
 
 impl Skin {
-    pub(super) fn new(sculpt: &Sculpt, draw: &mut Draw) -> Self {
-        let pick = |draw: &mut Draw, list: &[Colour; 4], at: f64| {
+    pub(super) fn new(sculpt: &Sculpt, random: &mut Sequence) -> Self {
+        let pick = |random: &mut Sequence, list: &[Colour; 4], at: f64| {
             let t = (at * 3.0).clamp(0.0, 2.999);
             let k = t as usize;
-            mix(list[k], list[k + 1], t - k as f64).map(|c| c * draw.between(0.94, 1.06))
+            mix(list[k], list[k + 1], t - k as f64).map(|c| c * random.between(0.94, 1.06))
         };
-        let dark = draw.unit().powf(1.6);
-        let tone = pick(draw, &TONES, dark);
-        let hair_at = (dark + draw.between(0.0, 0.7)).min(1.0);
-        let hair = pick(draw, &HAIRS, hair_at);
-        let iris_at = (1.4 * dark + draw.between(-0.2, 0.5)).clamp(0.0, 1.0);
-        let iris = pick(draw, &IRISES, iris_at);
-        let beard = (draw.between(-0.8, 0.8)).max(0.0);
-        let hairline = draw.between(82.0, 92.0);
+        let dark = random.unit().powf(1.6);
+        let tone = pick(random, &TONES, dark);
+        let hair_at = (dark + random.between(0.0, 0.7)).min(1.0);
+        let hair = pick(random, &HAIRS, hair_at);
+        let iris_at = (1.4 * dark + random.between(-0.2, 0.5)).clamp(0.0, 1.0);
+        let iris = pick(random, &IRISES, iris_at);
+        let beard = (random.between(-0.8, 0.8)).max(0.0);
+        let hairline = random.between(82.0, 92.0);
         let moles = (0..9)
             .map(|_| {
-                let at = Vec3::new(draw.between(-60.0, 60.0), draw.between(-85.0, 70.0), 0.0);
-                (at, draw.between(0.35, 0.95))
+                let at = Vec3::new(random.between(-60.0, 60.0), random.between(-85.0, 70.0), 0.0);
+                (at, random.between(0.35, 0.95))
             })
             .collect();
-        let offset =
-            Vec3::new(draw.between(0.0, 500.0), draw.between(0.0, 500.0), draw.between(0.0, 500.0));
+        let offset = Vec3::new(
+            random.between(0.0, 500.0),
+            random.between(0.0, 500.0),
+            random.between(0.0, 500.0),
+        );
         Self { sculpt: sculpt.clone(), tone, hair, iris, beard, hairline, moles, offset }
     }
 
-    /// The colour of skin without any feature.
+    /// Linear RGB of skin without detail.
     pub(super) fn plain(&self) -> [f32; 3] {
         self.tone.map(|c| c as f32)
     }
 
-    /// Linear RGB at a place of the head before the person's own shape, mm.
+    /// Linear RGB at a point of the head before its deformation, mm.
     pub(super) fn albedo(&self, p: &Vec3) -> [f32; 3] {
         let mut c = self.bare(p);
         let front = p.z > 55.0;
@@ -110,11 +109,11 @@ impl Skin {
         c.map(|v| v.clamp(0.002, 0.95) as f32)
     }
 
-    fn grain(&self, p: &Vec3, size: f64) -> f64 {
+    fn noise_at(&self, p: &Vec3, size: f64) -> f64 {
         noise((p + self.offset) / size)
     }
 
-    /// Skin: blood, sun and shade by zone, blotches, pores, moles.
+    /// Skin: regional tints, blotches, pores, moles.
     fn bare(&self, p: &Vec3) -> Colour {
         let blood = 0.9 * spot(p, [42.0, -6.0, 82.0], [15.0, 13.0, 25.0])
             + 0.9 * spot(p, [0.0, -15.0, 116.0], [11.0, 8.0, 14.0])
@@ -131,12 +130,15 @@ impl Skin {
         // Inside the nostrils and behind the wings.
         let nostril = spot(p, [6.2, -22.5, 102.0], [3.0, 2.6, 5.0]);
         c = scale(c, [1.0 - 0.62 * nostril, 1.0 - 0.78 * nostril, 1.0 - 0.78 * nostril]);
-        // Shaved beard: cooler and darker, dotted.
-        let jaw = step(-24.0, -40.0, p.y) * step(20.0, 45.0, p.z) * step(-112.0, -92.0, p.y);
-        let stubble = self.beard * jaw * (0.55 + 0.45 * step(0.1, 0.7, self.grain(p, 0.8)));
+        // Shaved beard: cooler, darker, speckled.
+        let jaw = smoothstep(-24.0, -40.0, p.y)
+            * smoothstep(20.0, 45.0, p.z)
+            * smoothstep(-112.0, -92.0, p.y);
+        let stubble =
+            self.beard * jaw * (0.55 + 0.45 * smoothstep(0.1, 0.7, self.noise_at(p, 0.8)));
         c = scale(c, [1.0 - 0.38 * stubble, 1.0 - 0.30 * stubble, 1.0 - 0.22 * stubble]);
-        let blotch = 0.045 * self.grain(p, 17.0) + 0.035 * self.grain(p, 6.0);
-        let pore = 0.030 * self.grain(p, 2.1) + 0.035 * self.grain(p, 0.9);
+        let blotch = 0.045 * self.noise_at(p, 17.0) + 0.035 * self.noise_at(p, 6.0);
+        let pore = 0.030 * self.noise_at(p, 2.1) + 0.035 * self.noise_at(p, 0.9);
         c = scale(
             c,
             [1.0 + 0.8 * blotch + pore, 1.0 + 1.3 * blotch + pore, 1.0 + 1.2 * blotch + pore],
@@ -147,7 +149,7 @@ impl Skin {
                 c = mix(
                     c,
                     scale(self.tone, [0.45, 0.36, 0.33]),
-                    0.75 * step(1.5 * size, 0.5 * size, d),
+                    0.75 * smoothstep(1.5 * size, 0.5 * size, d),
                 );
             }
         }
@@ -163,32 +165,32 @@ impl Skin {
         }
         let (up, low) = mouth.borders(x);
         let line = mouth.line(x);
-        let inside = (up - p.y).min(p.y - low) + 0.3 * self.grain(p, 1.6);
-        let red = step(-0.5, 0.7, inside) * step(half + 0.5, half - 3.0, x);
+        let inside = (up - p.y).min(p.y - low) + 0.3 * self.noise_at(p, 1.6);
+        let red = smoothstep(-0.5, 0.7, inside) * smoothstep(half + 0.5, half - 3.0, x);
         let wrinkle = noise(Vec3::new(p.x * 1.3, p.y * 0.16, 7.0) + self.offset);
         let lip = scale(skin, [0.86, 0.63, 0.68].map(|v| v * (1.0 + 0.09 * wrinkle)));
         let c = mix(skin, lip, red);
-        let seam = step(0.9, 0.1, (p.y - line).abs()) * step(half + 1.0, half - 1.0, x);
+        let seam = smoothstep(0.9, 0.1, (p.y - line).abs()) * smoothstep(half + 1.0, half - 1.0, x);
         mix(c, scale(skin, [0.30, 0.16, 0.17]), 0.8 * seam)
     }
 
     fn brow(&self, p: &Vec3, skin: Colour) -> Colour {
         let x = p.x.abs();
-        // The arch of the brow and its breadth along it.
+        // Position along the brow, 0 to 1; then height and half width of the brow there.
         let t = (x - 13.0) / 40.0;
         if !(-0.08..1.05).contains(&t) {
             return skin;
         }
-        let arch = 35.6 + 5.6 * step(0.0, 0.62, t) - 4.6 * step(0.6, 1.05, t);
-        let half = 4.3 * step(-0.08, 0.15, t) * (1.0 - 0.62 * step(0.4, 1.05, t));
-        // Hairs: noise stretched along their growth, up at the inner end, outward farther on.
-        let lean = 0.9 - 0.75 * step(0.0, 0.45, t);
+        let arch = 35.6 + 5.6 * smoothstep(0.0, 0.62, t) - 4.6 * smoothstep(0.6, 1.05, t);
+        let half = 4.3 * smoothstep(-0.08, 0.15, t) * (1.0 - 0.62 * smoothstep(0.4, 1.05, t));
+        // Hairs: noise stretched along their direction, upward at the inner end, then outward.
+        let lean = 0.9 - 0.75 * smoothstep(0.0, 0.45, t);
         let (along, across) =
             (x * lean.cos() + p.y * lean.sin(), p.y * lean.cos() - x * lean.sin());
         let hairs = noise(Vec3::new(0.22 * along, 1.7 * across, p.x.signum() * 40.0) + self.offset);
         let fringe = 1.0 - ((p.y - arch).abs() / half.max(0.3)).powi(2);
-        let cover = step(-0.55, 0.85, fringe + 0.8 * hairs) * step(0.0, 0.5, half);
-        mix(skin, self.hair.map(|c| 0.9 * c + 0.012), 0.80 * cover * step(1.05, 0.88, t))
+        let cover = smoothstep(-0.55, 0.85, fringe + 0.8 * hairs) * smoothstep(0.0, 0.5, half);
+        mix(skin, self.hair.map(|c| 0.9 * c + 0.012), 0.80 * cover * smoothstep(1.05, 0.88, t))
     }
 
     fn eye(&self, p: &Vec3, skin: Colour) -> Colour {
@@ -200,43 +202,45 @@ impl Skin {
         let inside = eye.inside(x, p.y);
         let [cx, cy, _] = eye.shape.centre;
         let (up, _) = eye.margins(x);
-        // Lashes: dark along the margins, above more than below.
+        // Lashes: dark lines along the margins, stronger above than below.
         let upper = (p.y - up).abs() < (p.y - cy).abs() || p.y > cy;
         let lash_width = if upper { 1.0 } else { 0.5 };
         let comb = 0.75 + 0.25 * noise(Vec3::new(p.x * 1.8, 3.0, 1.0) + self.offset);
-        let lash =
-            step(lash_width, 0.0, (inside + 0.25).abs()) * comb * if upper { 0.85 } else { 0.45 };
-        let lash = lash * step(17.5, 22.0, x);
-        let mut c = mix(skin, scale(skin, [0.84, 0.64, 0.62]), 0.6 * step(-1.4, -0.1, inside));
+        let lash = smoothstep(lash_width, 0.0, (inside + 0.25).abs())
+            * comb
+            * if upper { 0.85 } else { 0.45 };
+        let lash = lash * smoothstep(17.5, 22.0, x);
+        let mut c =
+            mix(skin, scale(skin, [0.84, 0.64, 0.62]), 0.6 * smoothstep(-1.4, -0.1, inside));
         if inside > 0.0 {
             let r = (x - cx).hypot(p.y - cy);
-            let vein = self.grain(p, 1.4);
-            let corner = step(6.5, 14.5, r);
+            let vein = self.noise_at(p, 1.4);
+            let corner = smoothstep(6.5, 14.5, r);
             let white = mix([0.50, 0.465, 0.44], [0.42, 0.28, 0.245], 0.75 * corner + 0.06 * vein);
-            // In the shade of the lid.
-            let shade = 0.55 + 0.45 * step(0.0, 3.2, up - p.y);
+            // Shadow of the upper lid.
+            let shade = 0.55 + 0.45 * smoothstep(0.0, 3.2, up - p.y);
             let angle = (p.y - cy).atan2(p.x - cx * p.x.signum());
             let rays = noise(
                 Vec3::new(5.0 * angle.cos(), 5.0 * angle.sin(), 0.25 * r) * 1.6 + self.offset,
             );
             let mut ball = white;
-            let ring = 1.0 - 0.6 * step(4.6, 5.9, r);
+            let ring = 1.0 - 0.6 * smoothstep(4.6, 5.9, r);
             let iris = self
                 .iris
-                .map(|v| v * (1.0 + 0.35 * rays) * ring * (1.25 - 0.25 * step(2.0, 4.0, r)));
-            ball = mix(ball, iris, step(6.15, 5.6, r));
-            ball = mix(ball, [0.004; 3], step(2.45, 2.05, r));
+                .map(|v| v * (1.0 + 0.35 * rays) * ring * (1.25 - 0.25 * smoothstep(2.0, 4.0, r)));
+            ball = mix(ball, iris, smoothstep(6.15, 5.6, r));
+            ball = mix(ball, [0.004; 3], smoothstep(2.45, 2.05, r));
             ball = ball.map(|v| v * shade);
             // Inner corner.
-            ball = mix(ball, scale(skin, [0.95, 0.62, 0.60]), step(20.2, 18.0, x));
-            c = mix(c, ball, step(0.05, 0.5, inside));
+            ball = mix(ball, scale(skin, [0.95, 0.62, 0.60]), smoothstep(20.2, 18.0, x));
+            c = mix(c, ball, smoothstep(0.05, 0.5, inside));
         }
         mix(c, self.hair.map(|v| 0.6 * v), lash)
     }
 
     fn scalp(&self, p: &Vec3, skin: Colour) -> Colour {
-        // Distance inside the hair: above the forehead's line, behind the temples, and above and
-        // behind a line around the ear down to the nape.
+        // Distance inside the hair: above the hairline, behind the temples, and above and behind a
+        // line around the ear down to the nape.
         let x = p.x.abs();
         let forehead = p.y - self.hairline + 0.0045 * x * x;
         let temple = 0.9 * (26.0 - p.z) + 0.25 * (p.y - 40.0);
@@ -249,8 +253,8 @@ impl Skin {
             return skin;
         }
         let above = if p.z > 26.0 && p.y > 40.0 { top } else { top.min(side) };
-        let edge = above + 3.5 * self.grain(p, 6.0) + 1.3 * self.grain(p, 1.7);
-        let cover = 0.94 * step(-6.0, 7.5, edge);
+        let edge = above + 3.5 * self.noise_at(p, 6.0) + 1.3 * self.noise_at(p, 1.7);
+        let cover = 0.94 * smoothstep(-6.0, 7.5, edge);
         if cover <= 0.0 {
             return skin;
         }
@@ -258,7 +262,7 @@ impl Skin {
         let angle = p.x.atan2(p.z + 10.0);
         let strand = noise(Vec3::new(angle * 42.0, 0.10 * p.y, 0.05 * p.z) + self.offset);
         let fine = noise(Vec3::new(angle * 110.0, 0.22 * p.y, 0.1 * p.z) + self.offset);
-        let tuft = 1.0 + 0.35 * strand + 0.30 * fine + 0.20 * self.grain(p, 9.0);
+        let tuft = 1.0 + 0.35 * strand + 0.30 * fine + 0.20 * self.noise_at(p, 9.0);
         mix(skin, self.hair.map(|c| c * tuft), cover)
     }
 }
