@@ -212,7 +212,7 @@ fn marked_landmarks_save_registration_steps() {
     let bare = Case::new("parallel", "facebuilder", 0.0, 0.0).run().registration.unwrap();
     let marked =
         Case::new("parallel", "facebuilder", 0.0, 0.0).marked().run().registration.unwrap();
-    assert!(!bare.from_features && marked.from_features);
+    assert!(!bare.from_landmarks && marked.from_landmarks);
     assert!(
         2 * marked.iterations < bare.iterations,
         "{} steps with the landmarks, {} without",

@@ -124,7 +124,7 @@ fn g_register(bencher: Bencher<'_, '_>, width: usize) {
         data: &data,
         model: &s.template.mesh,
         coarse: s.template.coarse.as_ref(),
-        features: &[],
+        landmarks: &[],
         frame: CloudFrame::Metric,
     };
     bencher.bench(|| register(&input, &s.params.register, &()));
@@ -135,7 +135,7 @@ fn h_deform(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
     let goals = eliminate_multiple(&s.registered.points, &s.head.vertices, None);
     let input =
-        DeformInput { template: &s.head, data: &s.registered, assignments: &goals, features: &[] };
+        DeformInput { template: &s.head, data: &s.registered, assignments: &goals, landmarks: &[] };
     bencher.bench(|| deform(&input, &s.params.deform, &()));
 }
 

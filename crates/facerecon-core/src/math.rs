@@ -1,12 +1,16 @@
-//! Transforms, least-squares fits and robust statistics. Floor 0.
+//! Transforms, least-squares fits, robust statistics and interpolation. Floor 0.
 
 mod fit;
-mod planes;
+mod interpolation;
+mod plane;
+mod point_to_plane;
 mod robust;
 mod transform;
 
 pub use fit::{fit_line, fit_similarity};
-pub use planes::{PlanePair, fit_to_planes};
+pub use interpolation::interpolate;
+pub use plane::fit_plane_robust;
+pub use point_to_plane::{PlanePair, fit_to_planes, plane_rms};
 pub use robust::{mad, median, percentile};
 pub use transform::Similarity;
 

@@ -1,11 +1,13 @@
-//! Nearest points and closest points on surfaces. Floor 1.
+//! Nearest points, closest points on surfaces, and iterative closest points. Floor 1.
 
-mod assign;
-mod lattice;
+mod assignment;
+mod icp;
+mod pattern_pitch;
 mod points;
 mod surface;
 
-pub use assign::eliminate_multiple;
-pub use lattice::{pitch, thinned};
+pub use assignment::eliminate_multiple;
+pub use icp::{Icp, IcpIteration, IcpStep, Termination, iterate_closest_points};
+pub use pattern_pitch::{estimate_pitch, thin_to_pitch};
 pub use points::{Neighbour, PointIndex};
 pub use surface::{SurfaceIndex, SurfacePoint};

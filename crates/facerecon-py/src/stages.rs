@@ -177,7 +177,7 @@ fn register<'py>(
             data: &data,
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
-            features: &landmarks,
+            landmarks: &landmarks,
             frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };
         Ok(run_register(&input, params, watch)?)
@@ -216,7 +216,7 @@ fn deform<'py>(
             template: &head,
             data: &data,
             assignments: &assignments,
-            features: &landmarks,
+            landmarks: &landmarks,
         };
         Ok(run_deform(&input, params, watch)?)
     })?;

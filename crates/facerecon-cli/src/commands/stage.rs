@@ -131,7 +131,7 @@ pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), F
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
-        features: &single_stage::feature_points(&landmarks, &head),
+        landmarks: &single_stage::feature_points(&landmarks, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
     let pose = register_stage::register(&input, &params.register, &Progress::new(terminal))?;
@@ -169,7 +169,7 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         template: &mesh,
         data: &cloud,
         assignments: &assignments,
-        features: &single_stage::feature_goals(&landmarks, &head, &pose.model_from_data),
+        landmarks: &single_stage::feature_goals(&landmarks, &head, &pose.model_from_data),
     };
     let deformed = deform_stage::deform(&input, &params.deform, &Progress::new(terminal))?;
     io::write_mesh(&args.output, &deformed.mesh, None)?;
@@ -179,7 +179,7 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
     ));
     let facts = json!({
         "targets": assignments.len(),
-        "landmarks": input.features.len(),
+        "landmarks": input.landmarks.len(),
         "rms_before": deformed.rms_before,
         "rms_after": deformed.rms_after,
     });

@@ -2,11 +2,22 @@
 
 use super::{Mat3, Similarity, Vec3};
 
+/// Points lie on one line when their second singular value is below this fraction of the first.
+const MIN_SPREAD_RATIO: f64 = 1e-9;
+
 /// The similarity (or rigid motion) that brings `source` closest to `target` in the weighted
-/// least-squares sense (Umeyama 1991). Weights may be empty: all count the same.
+/// least-squares sense (Umeyama 1991). Without weights all pairs count the same.
 ///
 /// Returns `target_from_source`, or `None` with fewer than three pairs, lengths that differ, or
 /// points that do not determine a rotation (all on one line).
+///
+/// ```
+/// use facerecon_core::math::{Vec3, fit_similarity};
+/// let source = [Vec3::x(), Vec3::y(), Vec3::z()];
+/// let target = source.map(|p| p * 2.0 + Vec3::new(5.0, 0.0, 0.0));
+/// let target_from_source = fit_similarity(&source, &target, &[], true).unwrap();
+/// assert!((target_from_source.scale - 2.0).abs() < 1e-9);
+/// ```
 pub fn fit_similarity(
     source: &[Vec3],
     target: &[Vec3],
@@ -40,8 +51,8 @@ pub fn fit_similarity(
     }
     let svd = covariance.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
-    // Two directions must carry spread, or a rotation about the line is free.
-    if !(svd.singular_values[1] > 1e-9 * svd.singular_values[0]) {
+    // Points on one line leave the rotation about it undetermined.
+    if !(svd.singular_values[1] > MIN_SPREAD_RATIO * svd.singular_values[0]) {
         return None;
     }
     let sign = (u * v_t).determinant().signum();
@@ -88,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_known_motion_is_found_again() {
+    fn a_large_known_motion_is_recovered() {
         let truth = Similarity {
             scale: 0.8,
             rotation: Rotation3::from_euler_angles(1.2, -2.0, 0.4).into_inner(),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Mat3, Vec3};
 
-/// `target = scale * rotation * source + translation`. Named `target_from_source` where used.
+/// `target = scale * rotation * source + translation`. Values are named `target_from_source`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Similarity {
     /// Uniform scale, above 0; 1 for a rigid motion.
@@ -70,19 +70,18 @@ impl Similarity {
         ]
     }
 
-    /// The transform of a 4x4 matrix, row by row; `None` for one that does more than turn, scale
-    /// and shift.
+    /// The transform of a 4x4 matrix, row by row; `None` when it is not a similarity.
     pub fn from_rows(rows: &[[f64; 4]; 4]) -> Option<Self> {
         let m = Mat3::from_fn(|i, j| rows[i][j]);
         let translation = Vec3::new(rows[0][3], rows[1][3], rows[2][3]);
         let scale = m.determinant().cbrt();
         let rotation = m / scale;
         let skew = (rotation * rotation.transpose() - Mat3::identity()).abs().max();
-        let plain = scale > 0.0
+        let is_similarity = scale > 0.0
             && skew < 1e-6
             && rows[3] == [0.0, 0.0, 0.0, 1.0]
             && translation.iter().all(|v| v.is_finite());
-        plain.then_some(Self { scale, rotation, translation })
+        is_similarity.then_some(Self { scale, rotation, translation })
     }
 
     /// Angle of the rotation, radians.
@@ -97,7 +96,7 @@ mod tests {
     use nalgebra::Rotation3;
 
     #[test]
-    fn inverse_and_compose_undo_each_other() {
+    fn inverse_and_composition_are_consistent() {
         let a = Similarity {
             scale: 1.7,
             rotation: Rotation3::from_euler_angles(0.4, -1.1, 2.0).into_inner(),

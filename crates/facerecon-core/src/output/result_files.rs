@@ -69,7 +69,7 @@ pub fn registration_json(pose: &Registration) -> Map<String, Value> {
         "start_iterations": pose.start_iterations,
         "coarse_iterations": pose.coarse_iterations,
         "termination": pose.termination,
-        "from_features": pose.from_features,
+        "from_features": pose.from_landmarks,
         "rms_before": pose.rms_before,
         "rms_after": pose.rms_after,
         "inliers": pose.inliers.len(),

@@ -127,7 +127,7 @@ fn fit_shape(
         data: &points.dots,
         model: &template.mesh,
         coarse: template.coarse.as_ref(),
-        features: &inputs::feature_points(&points.features, template),
+        landmarks: &inputs::feature_points(&points.features, template),
         frame: measured.frame,
     };
     let pose = run.stage("register", |o| register(&input, &params.register, o));

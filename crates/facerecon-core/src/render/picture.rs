@@ -11,7 +11,7 @@ use super::zbuffer::{rasterize, supersampled};
 use crate::camera::Pinhole;
 use crate::choices;
 use crate::data::{Mesh, Rgb};
-use crate::math::{Similarity, Vec2, Vec3};
+use crate::math::{Similarity, Vec2, Vec3, interpolate};
 
 choices! {
     /// How a mesh is drawn.
@@ -214,9 +214,7 @@ impl<'a> Studio<'a> {
     /// Light from a point of the surface toward the camera, linear.
     fn light(&self, sample: &Sample, normals: &[Vec3], ray: &Vec3) -> Vec3 {
         let corners = self.scene.mesh.faces[sample.face].map(|i| i as usize);
-        let mix = |value: &dyn Fn(usize) -> f64| {
-            (0..3).map(|k| value(corners[k]) * sample.weights[k]).sum::<f64>()
-        };
+        let mix = |value: &dyn Fn(usize) -> f64| interpolate(corners.map(value), sample.weights);
         let albedo = match self.mode {
             Mode::Textured | Mode::Lit => {
                 surface_color(self.scene.mesh, self.scene.texture, sample, &self.linear)
@@ -232,7 +230,7 @@ impl<'a> Studio<'a> {
             return albedo;
         }
         let toward = -ray.normalize();
-        let smooth: Vec3 = (0..3).map(|k| normals[corners[k]] * sample.weights[k]).sum();
+        let smooth = interpolate(corners.map(|v| normals[v]), sample.weights);
         let normal = smooth.try_normalize(1e-12).unwrap_or(toward);
         let facing = normal.dot(&toward);
         // the inside of an open mesh is drawn with its normal turned

@@ -3,7 +3,7 @@
 use super::light::{from_rgb, sample_texture};
 use super::zbuffer::{Buffers, NO_FACE};
 use crate::data::{Mesh, Rgb};
-use crate::math::Vec3;
+use crate::math::{Vec3, interpolate};
 
 /// Samples along each side of a pixel: smooth contours at four times the work.
 pub(super) const SAMPLES: usize = 2;
@@ -49,5 +49,5 @@ pub(super) fn surface_color(
         return Vec3::from(SHADED);
     }
     let corners = mesh.faces[sample.face].map(|i| i as usize);
-    (0..3).map(|k| from_rgb(mesh.colors[corners[k]], linear) * w[k]).sum()
+    interpolate(corners.map(|v| from_rgb(mesh.colors[v], linear)), *w)
 }

@@ -153,7 +153,7 @@ fn points_seen_by_the_lens_land_where_they_are_drawn() {
             }
             let w = buffers.barycentric.at(x, y);
             let corners = mesh.corners(face as usize);
-            let point: Vec3 = (0..3).map(|k| corners[k] * f64::from(w[k])).sum();
+            let point = crate::math::interpolate(corners, w.map(f64::from));
             let pixel = camera.project(&pose().apply(&point)).unwrap();
             assert!((pixel - Vec2::new(x as f64, y as f64)).norm() < 2e-3);
             seen += 1;

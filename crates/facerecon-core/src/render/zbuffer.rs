@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::error::{LARGEST_SIDE, RenderError};
 use crate::camera::Pinhole;
 use crate::data::{Mesh, Raster};
-use crate::math::{Similarity, Vec2, Vec3};
+use crate::math::{Similarity, Vec2, Vec3, interpolate};
 
 /// Face index of a pixel where nothing is visible.
 pub const NO_FACE: u32 = u32::MAX;
@@ -221,7 +221,7 @@ fn clipped(
             polygon.push(cut);
         }
     }
-    let at = |w: &[f64; 3]| points[0] * w[0] + points[1] * w[1] + points[2] * w[2];
+    let at = |w: &[f64; 3]| interpolate(*points, *w);
     (2..polygon.len())
         .filter_map(|k| {
             let weights = [polygon[0], polygon[k - 1], polygon[k]];

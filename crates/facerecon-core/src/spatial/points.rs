@@ -1,4 +1,4 @@
-//! Nearest neighbours among points; the only file that names kiddo.
+//! Nearest neighbours among points. Only this file uses the crate `kiddo`.
 
 use std::num::NonZero;
 
@@ -6,7 +6,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::math::{Vec2, Vec3};
 
-/// A point found, with its distance (not squared).
+/// A point of the index, with its distance from the query (not squared).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
     /// Index of the point.
@@ -65,7 +65,7 @@ impl<const D: usize> PointIndex<D> {
         sorted(found.iter().map(|n| (n.item as usize, n.distance)))
     }
 
-    /// All points within a radius (ends included), nearest first; equal distances by index.
+    /// All points within a radius (inclusive), nearest first; equal distances by index.
     pub fn within(&self, query: &[f64; D], radius: f64) -> Vec<Neighbour> {
         if !query.iter().all(|c| c.is_finite()) || radius.is_nan() || radius < 0.0 {
             return Vec::new();
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn finds_what_a_plain_search_finds() {
+    fn agrees_with_an_exhaustive_search() {
         let points = points();
         let index = PointIndex::<3>::new(&points).unwrap();
         for k in 0..50 {
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn identical_points_and_bad_numbers_are_survived() {
+    fn identical_points_and_numbers_that_are_not_finite_are_handled() {
         let same = vec![Vec2::new(1.0, 2.0); 200];
         let index = PointIndex::<2>::new(&same).unwrap();
         assert_eq!(index.nearest_n(&[0.0, 0.0], 300).len(), 200);

@@ -1,7 +1,7 @@
 //! Closest point on a triangle mesh, by a tree of bounding boxes.
 
 use crate::data::Mesh;
-use crate::math::Vec3;
+use crate::math::{Vec3, interpolate};
 
 /// A point on a mesh's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,21 +20,34 @@ pub struct SurfacePoint {
 struct Node {
     low: Vec3,
     high: Vec3,
-    /// Inner: index of the first child (the second follows its subtree at `second`). Leaf: range.
+    /// Inner node: index of the second child (the first is the next node). Leaf: unused.
     second: u32,
+    /// Leaf: its range in `order`. Inner node: `count` is 0.
     start: u32,
     count: u32,
 }
 
 /// A search tree over the faces of a mesh.
+///
+/// ```
+/// use facerecon_core::{data::Mesh, math::Vec3, spatial::SurfaceIndex};
+/// let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y()];
+/// let mesh = Mesh { vertices, faces: vec![[0, 1, 2]], ..Mesh::default() };
+/// let closest = SurfaceIndex::new(&mesh).unwrap().closest(&Vec3::new(0.2, 0.2, 3.0)).unwrap();
+/// assert!((closest.distance - 3.0).abs() < 1e-12);
+/// ```
 pub struct SurfaceIndex {
     nodes: Vec<Node>,
     order: Vec<u32>,
-    /// Corners of the faces in `order`: those of a leaf lie side by side.
+    /// Corners of the faces, in the order of `order`.
     triangles: Vec<[Vec3; 3]>,
 }
 
+/// Faces in a leaf at most.
 const LEAF: usize = 4;
+/// Nodes that wait at most during a search: one for each level, and a tree over 2^32 faces has no
+/// more levels than this.
+const STACK: usize = 34;
 
 impl SurfaceIndex {
     /// Builds the tree; `None` when the mesh is not valid.
@@ -45,7 +58,7 @@ impl SurfaceIndex {
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let empty = Node { low: Vec3::zeros(), high: Vec3::zeros(), second: 0, start: 0, count: 0 };
         let mut nodes = vec![empty; node_count(order.len())];
-        split(&mut nodes, 0, &mut order, 0, &triangles, &centres);
+        build(&mut nodes, 0, &mut order, 0, &triangles, &centres);
         let triangles = order.iter().map(|&f| triangles[f as usize]).collect();
         Some(Self { nodes, order, triangles })
     }
@@ -55,15 +68,14 @@ impl SurfaceIndex {
         self.closest_within(query, f64::INFINITY)
     }
 
-    /// The closest point on the surface, no farther than `reach`.
-    pub fn closest_within(&self, query: &Vec3, reach: f64) -> Option<SurfacePoint> {
+    /// The closest point on the surface, no farther than `max_distance`.
+    pub fn closest_within(&self, query: &Vec3, max_distance: f64) -> Option<SurfacePoint> {
         if !query.iter().all(|c| c.is_finite()) {
             return None;
         }
         let mut best: Option<SurfacePoint> = None;
-        let mut limit = reach * reach;
-        // one waiting node a level, and halving 2^32 faces gives no more levels than that
-        let mut waiting = [(0usize, 0.0f64); 34];
+        let mut limit = max_distance * max_distance;
+        let mut waiting = [(0usize, 0.0f64); STACK];
         let mut count = 1;
         while count > 0 {
             count -= 1;
@@ -82,7 +94,7 @@ impl SurfaceIndex {
                     let face = face as usize;
                     let better = match &best {
                         None => d2 <= limit,
-                        // ties by face number, so that the tree's shape never shows
+                        // ties by face number: the result does not depend on the shape of the tree
                         Some(b) => d2 < limit || (d2 == limit && face < b.face),
                     };
                     if better {
@@ -104,7 +116,7 @@ impl SurfaceIndex {
     }
 }
 
-/// Nodes of a tree over so many faces: its shape depends on nothing else.
+/// Number of nodes of a tree; its shape depends on the number of faces alone.
 fn node_count(faces: usize) -> usize {
     if faces <= LEAF {
         return 1;
@@ -112,12 +124,12 @@ fn node_count(faces: usize) -> usize {
     1 + node_count(faces / 2) + node_count(faces - faces / 2)
 }
 
-/// Trees over more faces than this are built by two threads.
-const LARGE: usize = 4096;
+/// Subtrees over more faces than this are built in parallel.
+const PARALLEL_FACES: usize = 4096;
 
-/// Builds the tree over the faces in `order`, which begin at number `start` of all, into `nodes`,
-/// which begin at number `id`.
-fn split(
+/// Builds the tree over the faces in `order` into `nodes`. The first of these faces is number
+/// `start` of all faces, the first of these nodes number `id` of all nodes.
+fn build(
     nodes: &mut [Node],
     id: usize,
     order: &mut [u32],
@@ -146,9 +158,9 @@ fn split(
     });
     let (lower, upper) = order.split_at_mut(middle);
     let (left, right) = nodes[1..].split_at_mut(second - 1);
-    let mut lower = || split(left, id + 1, lower, start, triangles, centres);
-    let mut upper = || split(right, id + second, upper, start + middle, triangles, centres);
-    if count > LARGE {
+    let mut lower = || build(left, id + 1, lower, start, triangles, centres);
+    let mut upper = || build(right, id + second, upper, start + middle, triangles, centres);
+    if count > PARALLEL_FACES {
         rayon::join(lower, upper);
     } else {
         lower();
@@ -165,7 +177,7 @@ fn box_distance(node: &Node, p: &Vec3) -> f64 {
 fn on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, [f64; 3]) {
     let (ab, ac) = (b - a, c - a);
     let weights = barycentric_of_closest(p, a, b, c, &ab, &ac);
-    (a * weights[0] + b * weights[1] + c * weights[2], weights)
+    (interpolate([*a, *b, *c], weights), weights)
 }
 
 fn barycentric_of_closest(
@@ -238,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_trying_every_triangle() {
+    fn agrees_with_an_exhaustive_search() {
         let mesh = bumpy();
         let index = SurfaceIndex::new(&mesh).unwrap();
         for k in 0..200 {
@@ -251,7 +263,7 @@ mod tests {
             let found = index.closest(&q).unwrap();
             assert!((found.distance - naive).abs() < 1e-12);
             let corners = mesh.corners(found.face);
-            let again: Vec3 = (0..3).map(|i| corners[i] * found.barycentric[i]).sum();
+            let again = interpolate(corners, found.barycentric);
             assert!((again - found.point).norm() < 1e-12);
         }
         assert!(index.closest(&Vec3::new(f64::NAN, 0.0, 0.0)).is_none());
@@ -259,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closest_point_of_a_triangle_beats_a_dense_sampling() {
+    fn no_sample_of_a_triangle_is_closer_than_its_closest_point() {
         let triangle = [Vec3::zeros(), Vec3::new(4.0, 0.0, 0.0), Vec3::new(1.0, 3.0, 1.0)];
         for k in 0..60 {
             let t = f64::from(k);

@@ -1,4 +1,4 @@
-//! Stage deform: bend the generic head to the points (thesis chapter 4).
+//! Stage deform: bend the generic head to the registered points (thesis chapter 4).
 
 mod nicp;
 mod rbf;
@@ -16,14 +16,15 @@ pub use nicp::NicpParams;
 crate::choices! {
     /// How the generic head is bent.
     pub enum DeformMethod {
-        /// Gaussian radial basis functions, each as wide as its neighbours are near (thesis section 4.2.1).
+        /// Gaussian radial basis functions; the width of each follows the distance to its nearest
+        /// neighbour (thesis section 4.2.1).
         GaussianRbf = "gaussian-rbf",
-        /// Linear radial basis functions inside a radius (thesis section 4.2.2).
+        /// Linear radial basis functions within a radius (thesis section 4.2.2).
         LinearRbf = "linear-rbf",
         /// Regularised biharmonic splines with an affine part (Carr et al. 2001).
         BiharmonicRbf = "biharmonic-rbf",
-        /// Robust non-rigid ICP to all points, with the head subdivided where they are dense
-        /// (after Amberg et al. 2007).
+        /// Robust non-rigid ICP to all points; the head is subdivided where they are dense (after
+        /// Amberg et al. 2007).
         Nicp = "nicp",
     }
 }
@@ -33,35 +34,34 @@ crate::settings! {
     pub struct DeformParams {
         /// How the generic head is bent.
         method: DeformMethod = DeformMethod::GaussianRbf;
-        /// Whether marked features join the points (thesis sections 6.5.2 and 7).
-        use_features: bool = true;
+        /// Whether landmarks are added to the points (thesis sections 6.5.2 and 7).
+        use_landmarks: bool = true, alias "use_features";
         /// Gaussian and linear: value of a basis function (1 at its centre) at the nearest other
-        /// centre; the thesis wants it close to zero.
+        /// centre; close to zero in the thesis.
         neighbour_value: f64 = 0.1, range 0.001..=0.5;
-        /// Biharmonic: stiffness. How far, in model units, the surface gives way to neighbouring
-        /// points that contradict each other; 0 passes through every point.
+        /// Biharmonic: stiffness, in model units; more smooths more, 0 passes through every point.
         stiffness: f64 = 2.0, range 0.0..=1000.0;
-        /// Biharmonic: how often points are matched anew to the bent head.
+        /// Biharmonic: rounds; in each the points are matched to the head as bent so far.
         rounds: usize = 3, range 1.0..=20.0;
-        /// Radial basis functions: most centres; above it the points are thinned evenly. Time grows
-        /// with the cube of it.
+        /// Radial basis functions: most centres; more points than this are thinned evenly. Time grows
+        /// with the cube of their number.
         max_centres: usize = 3000, range 4.0..=6000.0;
         /// The non-rigid ICP's own parameters.
         nicp: NicpParams = NicpParams::default();
     }
 }
 
-/// What is bent, and to what.
+/// The generic head and the points it is bent to; model frame, millimetres.
 #[derive(Clone, Copy, Debug)]
 pub struct DeformInput<'a> {
-    /// The generic head, model frame.
+    /// The generic head.
     pub template: &'a Mesh,
-    /// The registered points, model frame.
+    /// The registered points.
     pub data: &'a Cloud,
-    /// Vertices with the one data point each must reach.
+    /// Vertices with the one data point of each (not used by non-rigid ICP).
     pub assignments: &'a [(usize, Vec3)],
-    /// Vertices of marked features with their measured places.
-    pub features: &'a [(usize, Vec3)],
+    /// Vertices of landmarks with their measured positions.
+    pub landmarks: &'a [(usize, Vec3)],
 }
 
 /// A bent head.
@@ -69,11 +69,12 @@ pub struct DeformInput<'a> {
 pub struct Deformed {
     /// The template with new vertex positions; vertices that non-rigid ICP adds come after its own.
     pub mesh: Mesh,
-    /// Points the fit rests on.
+    /// Centres of the basis functions, or matched points (non-rigid ICP).
     pub centres: usize,
-    /// Root mean square distance of the used vertices (or points) from their goals before.
+    /// Root mean square distance before: of the assigned vertices from their points, or of the
+    /// matched points from the surface along its normals (non-rigid ICP). Model units.
     pub rms_before: f64,
-    /// The same afterwards.
+    /// The same after.
     pub rms_after: f64,
 }
 
@@ -83,52 +84,54 @@ pub enum DeformError {
     /// A template that cannot be used.
     #[error("the generic head cannot be used: {0}")]
     Template(#[from] MeshError),
-    /// A vertex that is not there.
+    /// A vertex that does not exist.
     #[error(
-        "point {position} is assigned to vertex {vertex}, but the head has {count} (counted from 0)"
+        "point {position} (from 0) is assigned to vertex {vertex}, but the head has {count} vertices; assign it to a vertex from 0 to {last}", last = .count.saturating_sub(1)
     )]
     Vertex {
-        /// Place in the list.
+        /// Position in the list.
         position: usize,
-        /// Vertex named.
+        /// The vertex it is assigned to.
         vertex: usize,
-        /// Vertices there are.
+        /// Vertices of the head.
         count: usize,
     },
-    /// A goal that is not a number.
-    #[error("the goal of vertex {vertex} has a coordinate that is not a finite number")]
+    /// A target position that is not finite.
+    #[error(
+        "the target of vertex {vertex} has a coordinate that is not a finite number; check the points that are assigned to it"
+    )]
     NotFinite {
         /// The vertex.
         vertex: usize,
     },
-    /// Not enough points.
+    /// Too few points on the head.
     #[error(
-        "{got} vertices have a point to go to, but at least {needed} are needed to bend the head; check matches and registration"
+        "{got} points are matched to the head, but at least {needed} are needed to bend it; check the matches of the dots and the registration"
     )]
     TooFew {
-        /// Found.
+        /// Matched points.
         got: usize,
-        /// Needed.
+        /// Least number.
         needed: usize,
     },
     /// Equations without a usable solution.
     #[error(
-        "the {centres} equations of the {method} deformation have no stable solution (relative error {error:.1e}); lower deform.neighbour_value or use deform.method = \"biharmonic-rbf\""
+        "the {centres} equations of the {method} deformation have no stable solution (relative error {error:.1e}, at most 1e-8 expected); lower deform.neighbour_value or use deform.method = \"biharmonic-rbf\""
     )]
     Singular {
         /// The method.
         method: DeformMethod,
-        /// Number of equations.
+        /// Centres, as many as equations.
         centres: usize,
         /// Relative error of the solution found.
         error: f64,
     },
     /// Sparse equations without a solution.
     #[error(
-        "the thin plate could not be solved ({reason}); is the generic head one sound surface?"
+        "the equations of the thin plate have no solution ({reason}); check that the generic head is a manifold mesh without degenerate faces"
     )]
     Plate {
-        /// In the solver's words.
+        /// The solver's message.
         reason: String,
     },
     /// A parameter outside its range.
@@ -141,10 +144,40 @@ pub enum DeformError {
 
 crate::stage_error!(DeformError, "deform");
 
+/// Greatest relative residual of a dense solution that is accepted: it moves vertices by less than a
+/// thousandth of a micrometre.
+const MAX_SOLVE_ERROR: f64 = 1e-8;
+
 /// Bends the generic head to the points.
 ///
 /// # Errors
-/// [`DeformError`] when the input cannot be used or the equations have no stable solution.
+/// [`DeformError`] when the input cannot be used or the equations have no stable solution, for
+/// parameters out of range, and when the observer cancels.
+///
+/// ```
+/// use facerecon_core::data::{Cloud, Mesh};
+/// use facerecon_core::math::Vec3;
+/// use facerecon_core::stages::deform::{DeformInput, DeformParams, deform};
+///
+/// let vertices = [[0.0, 0.0], [10.0, 0.0], [0.0, 10.0], [10.0, 10.0]];
+/// let template = Mesh {
+///     vertices: vertices.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec(),
+///     faces: vec![[0, 1, 2], [1, 3, 2]],
+///     ..Mesh::default()
+/// };
+/// // two vertices have a measured point, 1 mm and 2 mm in front of them
+/// let assignments = [(0, Vec3::new(0.0, 0.0, 1.0)), (3, Vec3::new(10.0, 10.0, 2.0))];
+/// let input = DeformInput {
+///     template: &template,
+///     data: &Cloud::default(),
+///     assignments: &assignments,
+///     landmarks: &[],
+/// };
+/// let deformed = deform(&input, &DeformParams::default(), &())?;
+/// assert!((deformed.mesh.vertices[3].z - 2.0).abs() < 1e-9);
+/// assert!(deformed.rms_after < 1e-9);
+/// # Ok::<(), facerecon_core::stages::deform::DeformError>(())
+/// ```
 pub fn deform(
     input: &DeformInput<'_>,
     params: &DeformParams,
@@ -153,8 +186,8 @@ pub fn deform(
     params.check("deform", None)?;
     input.template.validate()?;
     observer.check()?;
-    for list in [input.assignments, input.features] {
-        check_goals(list, input.template.vertices.len())?;
+    for list in [input.assignments, input.landmarks] {
+        check_targets(list, input.template.vertices.len())?;
     }
     match params.method {
         DeformMethod::GaussianRbf => rbf_gaussian::deform(input, params),
@@ -164,12 +197,12 @@ pub fn deform(
     }
 }
 
-fn check_goals(goals: &[(usize, Vec3)], count: usize) -> Result<(), DeformError> {
-    for (position, &(vertex, goal)) in goals.iter().enumerate() {
+fn check_targets(targets: &[(usize, Vec3)], count: usize) -> Result<(), DeformError> {
+    for (position, &(vertex, target)) in targets.iter().enumerate() {
         if vertex >= count {
             return Err(DeformError::Vertex { position, vertex, count });
         }
-        if !goal.iter().all(|c| c.is_finite()) {
+        if !target.iter().all(|c| c.is_finite()) {
             return Err(DeformError::NotFinite { vertex });
         }
     }

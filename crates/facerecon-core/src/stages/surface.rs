@@ -21,7 +21,7 @@ use crate::data::{Gray, Match, Mesh};
 use crate::math::{Vec2, Vec3};
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
-use crate::spatial::pitch;
+use crate::spatial::estimate_pitch;
 use crate::{choices, settings};
 
 use patch::Patch;
@@ -202,8 +202,9 @@ pub fn surface(
     params.check("surface", None)?;
     validate(input)?;
     let pixels: Vec<Vec2> = input.matches.iter().map(|m| m.left).collect();
-    let pitch_px =
-        pitch(&pixels).filter(|p| *p > MIN_PITCH_PX).ok_or_else(|| too_few(input.matches.len()))?;
+    let pitch_px = estimate_pitch(&pixels)
+        .filter(|p| *p > MIN_PITCH_PX)
+        .ok_or_else(|| too_few(input.matches.len()))?;
     observer.check()?;
 
     let disparity = input.disparity.filter(|_| params.method != SurfaceMethod::Dots);

@@ -9,7 +9,7 @@ use super::samples::Sample;
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec3, percentile};
 use crate::observer::Observer;
-use crate::spatial::SurfaceIndex;
+use crate::spatial::{IcpIteration, IcpStep, SurfaceIndex, iterate_closest_points};
 
 /// Points that take part; more change nothing.
 const POINTS: usize = 4000;
@@ -107,22 +107,21 @@ impl Search<'_> {
     }
 
     fn run(&self, start: Similarity, steps: usize) -> Result<(Similarity, usize), CompareError> {
-        let mut pose = start;
-        for step in 0..steps {
+        let find_pairs = |pose: &Similarity| self.meet(pose);
+        let step = |iteration: &IcpIteration<'_, Vec<(Vec3, Vec3, Vec3, f64)>>| -> Result<_, CompareError> {
             self.observer.check()?;
-            let meetings = self.meet(&pose);
+            let meetings = iteration.pairs;
             let distances: Vec<f64> = meetings.iter().map(|m| m.3).collect();
             let limit = self.limit(&distances);
-            let Some(change) = self.step(&meetings, limit) else { return Ok((pose, step)) };
-            pose = change.compose(&pose);
+            let Some(change) = self.step(meetings, limit) else { return Ok(None) };
             let size = meetings.iter().map(|m| m.0.norm()).fold(1e-9, f64::max);
             let moved =
                 change.translation.norm() / size + change.angle() + (change.scale - 1.0).abs();
-            if moved < SETTLED {
-                return Ok((pose, step + 1));
-            }
-        }
-        Ok((pose, steps))
+            let pose = change.compose(iteration.pose);
+            Ok(Some(IcpStep { pose, pairs: None, converged: moved < SETTLED }))
+        };
+        let icp = iterate_closest_points(start, steps, find_pairs, step)?;
+        Ok((icp.pose, icp.iterations))
     }
 
     /// One Gauss-Newton step on the point-to-plane distances of the kept points, about their

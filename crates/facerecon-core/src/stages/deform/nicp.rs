@@ -1,27 +1,34 @@
-//! Robust non-rigid ICP: the generic head bends to dense measured points.
+//! Robust non-rigid ICP: bends the generic head to dense measured points.
 //!
-//! Data-to-model, to barycentric points of the surface, along its normals, with a thin plate on
-//! the displacements and weights that forget outliers (after Amberg et al. 2007). Three steps:
-//! the head takes the subject's size, it bends from stiff to supple, and last, subdivided where
-//! there is data, it moves along its normals into the detail the noise allows.
+//! Each measured point is matched to its closest point on the surface; the residuals are measured
+//! along the surface normals, a thin plate regularises the displacements, and robust weights
+//! suppress outliers (after Amberg et al. 2007). In three steps the head takes the subject's size,
+//! bends from stiff to flexible, and, subdivided where there are data, moves along its normals to
+//! the detail that the noise allows.
 
 mod detail;
-mod front;
-mod islands;
-mod layers;
+mod laplacian;
 mod matching;
-mod parts;
+mod measured_points;
 mod plate;
+mod small_components;
 mod subdivide;
+mod subject_size;
+mod surface_match;
+mod thin_parts;
+mod unmatched_components;
+mod vertices_in_front;
 
 use crate::data::Mesh;
-use crate::math::{Similarity, Vec3, fit_to_planes};
+use crate::math::Vec3;
 use crate::observer::{Event, Observer};
 
 use super::{DeformError, DeformInput, DeformParams, Deformed};
-use front::Front;
-use matching::{Gate, Matcher, Point};
-use plate::Plate;
+use matching::{MatchLimits, Matcher, max_local_spread_mm, require_matches};
+use measured_points::{MeasuredPoint, thin_over_list, thin_over_space};
+use plate::{Plate, PlateData};
+use surface_match::rms_on;
+use vertices_in_front::FrontMatcher;
 
 crate::settings! {
     /// Robust non-rigid ICP.
@@ -31,11 +38,11 @@ crate::settings! {
         stiffness_mm: Vec<f64> = vec![30.0, 20.0, 14.0, 10.0, 7.0, 5.0, 3.0], range 0.2..=1000.0, unit "mm";
         /// Rounds of matching and solving at each stiffness.
         rounds: usize = 1, range 1.0..=50.0;
-        /// Points used while bending; the detail step uses them all.
+        /// Points used while bending; the detail step uses more.
         points: usize = 6000, range 100.0..=1000000.0;
         /// Whether the head takes the subject's size before it bends.
         resize: bool = true;
-        /// Where there is data, faces are split until their edges are about this long.
+        /// Where there are data, faces are split until their edges are about this long.
         edge_mm: f64 = 1.6, range 0.2..=1000.0, unit "mm";
         /// Most vertices after splitting.
         max_vertices: usize = 60000, range 100.0..=10000000.0;
@@ -43,114 +50,98 @@ crate::settings! {
         detail_mm: f64 = 0.8, range 0.0..=100.0, unit "mm";
         /// Most points used in the detail step.
         detail_points: usize = 60000, range 100.0..=10000000.0;
-        /// Standard deviation taken for points that bring none.
+        /// Standard deviation of points without a known one.
         sigma_mm: f64 = 0.25, range 0.001..=100.0, unit "mm";
-        /// Points farther than this from the surface are not of this head.
+        /// Points farther than this from the surface are not matched.
         reach_mm: f64 = 30.0, range 0.1..=1000.0, unit "mm";
-        /// Points whose normal differs by more are of another part of the head.
+        /// Points whose normal differs from that of the surface by more are not matched.
         normal_gate_deg: f64 = 60.0, range 1.0..=180.0, unit "deg";
-        /// Points that fall within so many rings of the template's open border do not count.
+        /// Points whose closest point is within so many rings of the template's open border are not
+        /// matched.
         border_rings: usize = 3, range 0.0..=100.0;
     }
 }
 
-/// Bends the template to the data (roughly registered). Marked features guide the stiff rounds and
-/// then let go.
+/// Greatest distance of a match while bending, in stiffnesses: the plate of one round leaves
+/// residuals below it.
+const REACH_PER_STIFFNESS: f64 = 3.0;
+/// Faces are split only where the spread of the points is below this, mm: on skin, hardly on hair.
+const MAX_SPLIT_SPREAD_MM: f64 = 0.5;
+
+/// Bends the template to the data, which are registered roughly. Landmarks guide the stiff rounds;
+/// their weight falls to zero with the stiffness.
 pub(super) fn deform(
     input: &DeformInput<'_>,
     params: &DeformParams,
-    obs: &dyn Observer,
+    observer: &dyn Observer,
 ) -> Result<Deformed, DeformError> {
     let (template, own) = (input.template, &params.nicp);
-    let features = if params.use_features { input.features } else { &[] };
-    let points = Point::all(input.data, own.sigma_mm);
-    let few = matching::thin(&points, own.points);
-    let gate = Gate::new(template, own);
-    let front = Front::new(&few);
+    let mut points = MeasuredPoint::from_cloud(input.data, own.sigma_mm);
+    small_components::label_small_components(&mut points);
+    let few = thin_over_space(&points, own.points);
+    let limits = MatchLimits::new(template, own);
     let mut step = 0;
-    let mut note = |error: f64| {
+    let mut report = |error: f64| {
         step += 1;
-        obs.event(&Event::Iteration { stage: "deform", step, error });
-        obs.check()?;
+        observer.event(&Event::Iteration { stage: "deform", step, error });
+        observer.check()?;
         Ok(error)
     };
 
-    let found = Matcher::new(template, &gate)?.find(&few, own.reach_mm, calm(own.reach_mm));
-    let rms_before = matching::plane_rms(&found, template);
-    let rest = if own.resize { resize(template, &few, &gate, own)? } else { template.clone() };
+    let max_spread_mm = max_local_spread_mm(own.reach_mm);
+    let matches = Matcher::new(template, &limits)?.find(&few, own.reach_mm, max_spread_mm);
+    let rms_before = rms_on(template, &matches);
+    let rest = match own.resize {
+        true => subject_size::match_size(template, &few, &limits, own)?,
+        false => template.clone(),
+    };
+    let landmarks = if params.use_landmarks { input.landmarks } else { &[] };
+    let mut bent = bend(&rest, &few, &limits, landmarks, own, &mut report)?;
 
-    // From stiff to supple, on the template's own vertices.
-    let plate = Plate::new(&rest)?;
-    let mut moved = vec![Vec3::zeros(); rest.vertices.len()];
-    let mut bent = rest.clone();
-    let levels = own.stiffness_mm.len() as f64;
-    for (level, &stiffness) in own.stiffness_mm.iter().enumerate() {
-        let fade = 1.0 - level as f64 / levels;
-        for _ in 0..own.rounds {
-            let reach = (3.0 * stiffness).min(own.reach_mm);
-            let mut found = Matcher::new(&bent, &gate)?.find(&few, reach, calm(stiffness));
-            enough(found.len())?;
-            found.extend(front.find(&bent, reach));
-            plate.bend(&rest, &mut moved, &found, features, fade, stiffness)?;
-            let vertices = rest.vertices.iter().zip(&moved).map(|(p, d)| p + d).collect();
-            bent = bent.with_vertices(vertices);
-            note(matching::plane_rms(&found, &bent))?;
-        }
-    }
+    let matches = Matcher::new(&bent, &limits)?.find(&few, own.reach_mm, MAX_SPLIT_SPREAD_MM);
+    let centres = require_matches(&matches)?;
+    unmatched_components::move_unmatched_components(&rest, &mut bent, &matches);
+    let mut rms_after = rms_on(&bent, &matches);
 
-    let found = Matcher::new(&bent, &gate)?.find(&few, own.reach_mm, CALM_SPLIT_MM);
-    let centres = enough(found.len())?;
-    parts::carry_along(&rest, &mut bent, &found);
-    let mut rms_after = matching::plane_rms(&found, &bent);
-
-    // Finer, where there is something to measure.
     if own.detail_mm > 0.0 {
-        bent = subdivide::where_measured(&bent, &found, own.edge_mm, own.max_vertices);
-        let gate = Gate::new(&bent, own);
-        let many = matching::thin_evenly(&points, own.detail_points);
-        rms_after = detail::refine(&mut bent, &many, &gate, own, &mut note)?;
+        bent = subdivide::subdivide_measured(&bent, &matches, own.edge_mm, own.max_vertices);
+        let limits = MatchLimits::new(&bent, own);
+        let many = thin_over_list(&points, own.detail_points);
+        rms_after = detail::refine_detail(&mut bent, &many, &limits, own, &mut report)?;
     }
     Ok(Deformed { mesh: bent, centres, rms_before, rms_after })
 }
 
-/// What disagreement within a neighbourhood a plate of some stiffness can still resolve, mm.
-fn calm(stiffness: f64) -> f64 {
-    1.0 + 0.25 * stiffness
-}
-
-/// Faces are split only where the points agree this well: on skin, hardly on hair. mm
-const CALM_SPLIT_MM: f64 = 0.5;
-
-fn enough(got: usize) -> Result<usize, DeformError> {
-    let needed = 50;
-    if got < needed { Err(DeformError::TooFew { got, needed }) } else { Ok(got) }
-}
-
-/// The template in the subject's size: a few point-to-plane steps with scale, data to model, then
-/// turned round so that the data stay where they are.
-fn resize(
-    template: &Mesh,
-    points: &[Point],
-    gate: &Gate,
+/// Bends the vertices of the mesh at rest to the points, from stiff to flexible.
+fn bend(
+    rest: &Mesh,
+    points: &[MeasuredPoint],
+    limits: &MatchLimits,
+    landmarks: &[(usize, Vec3)],
     params: &NicpParams,
+    report: &mut dyn FnMut(f64) -> Result<f64, DeformError>,
 ) -> Result<Mesh, DeformError> {
-    let matcher = Matcher::new(template, gate)?;
-    let few = matching::thin_evenly(points, 1500);
-    let mut template_from_data = Similarity::identity();
-    for _ in 0..12 {
-        let placed: Vec<Point> = few.iter().map(|p| p.transformed(&template_from_data)).collect();
-        let found = matcher.find(&placed, params.reach_mm, calm(params.reach_mm));
-        enough(found.len())?;
-        let Some(step) = fit_to_planes(&matching::planes(&found), 0.02, true) else { break };
-        let next = step.compose(&template_from_data);
-        // heads of children and of giants, but no others
-        if !(0.7..1.4).contains(&next.scale) {
-            break;
+    let front = FrontMatcher::new(points);
+    let plate = Plate::new(rest)?;
+    let mut displacements = vec![Vec3::zeros(); rest.vertices.len()];
+    let mut bent = rest.clone();
+    let levels = params.stiffness_mm.len() as f64;
+    for (level, &stiffness_mm) in params.stiffness_mm.iter().enumerate() {
+        let landmark_weight = 1.0 - level as f64 / levels;
+        for _ in 0..params.rounds {
+            let reach_mm = (REACH_PER_STIFFNESS * stiffness_mm).min(params.reach_mm);
+            let max_spread_mm = max_local_spread_mm(stiffness_mm);
+            let mut matches = Matcher::new(&bent, limits)?.find(points, reach_mm, max_spread_mm);
+            require_matches(&matches)?;
+            matches.extend(front.find(&bent, reach_mm));
+            let data = PlateData { matches: &matches, landmarks, landmark_weight };
+            plate.bend(rest, &mut displacements, &data, stiffness_mm)?;
+            let moved = rest.vertices.iter().zip(&displacements).map(|(p, d)| p + d);
+            bent = bent.with_vertices(moved.collect());
+            report(rms_on(&bent, &matches))?;
         }
-        template_from_data = next;
     }
-    let data_from_template = template_from_data.inverse();
-    Ok(template.transformed(&data_from_template))
+    Ok(bent)
 }
 
 #[cfg(test)]

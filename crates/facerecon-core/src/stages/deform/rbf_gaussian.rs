@@ -3,15 +3,14 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::rbf::{Centre, centres, displacements, finish, row, solve};
-use super::{DeformError, DeformInput, DeformMethod, DeformParams, Deformed};
+use super::rbf::{Centre, centres, displacements, finish, row, solve, spacings};
+use super::{DeformError, DeformInput, DeformMethod, DeformParams, Deformed, MAX_SOLVE_ERROR};
 use crate::math::Vec3;
-use crate::spatial::PointIndex;
 
-/// Beyond this exponent a Gaussian is below the rounding error of what it is added to.
-const NEGLIGIBLE: f64 = 45.0;
+/// At this exponent a Gaussian (3e-20) is below the rounding error of what it is added to.
+const NEGLIGIBLE_EXPONENT: f64 = 45.0;
 
-/// Bends the head so that every centre reaches its goal (Eq. 4.3-4.7).
+/// Bends the head so that every centre reaches its target (Eq. 4.3-4.7).
 pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed, DeformError> {
     let centres = centres(input, params);
     let Some(rates) = rates(&centres, params.neighbour_value) else {
@@ -20,10 +19,10 @@ pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed
     let n = centres.len();
     // Eq. 4.5: row i is the displacement of centre i, column j the function of centre j
     let matrix = Mat::from_fn(n, n, |i, j| {
-        value(rates[j], (centres[i].from - centres[j].from).norm_squared())
+        value(rates[j], (centres[i].position - centres[j].position).norm_squared())
     });
     let (coefficients, error) = solve(&matrix, &displacements(&centres, n)); // Eq. 4.7
-    if !(error < 1e-8) {
+    if !(error < MAX_SOLVE_ERROR) {
         let method = DeformMethod::GaussianRbf;
         return Err(DeformError::Singular { method, centres: n, error });
     }
@@ -35,7 +34,7 @@ pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed
         .map(|x| {
             // Eq. 4.3
             let moved: Vec3 = (0..n)
-                .map(|j| weights[j] * value(rates[j], (x - centres[j].from).norm_squared()))
+                .map(|j| weights[j] * value(rates[j], (x - centres[j].position).norm_squared()))
                 .sum();
             x + moved
         })
@@ -47,7 +46,7 @@ pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed
 #[inline]
 fn value(rate: f64, distance_squared: f64) -> f64 {
     let exponent = rate * distance_squared;
-    if exponent > NEGLIGIBLE { 0.0 } else { (-exponent).exp() }
+    if exponent > NEGLIGIBLE_EXPONENT { 0.0 } else { (-exponent).exp() }
 }
 
 /// The coefficient of each centre: its function is `neighbour_value` at the nearest other centre.
@@ -55,11 +54,4 @@ fn value(rate: f64, distance_squared: f64) -> f64 {
 pub(super) fn rates(centres: &[Centre], neighbour_value: f64) -> Option<Vec<f64>> {
     let spacing = spacings(centres)?;
     Some(spacing.iter().map(|s| -neighbour_value.ln() / (s * s)).collect())
-}
-
-/// Distance of each centre from the nearest other one; `None` with fewer than two.
-pub(super) fn spacings(centres: &[Centre]) -> Option<Vec<f64>> {
-    let places: Vec<Vec3> = centres.iter().map(|c| c.from).collect();
-    let index = PointIndex::<3>::new(&places).filter(|_| places.len() >= 2)?;
-    places.par_iter().map(|p| Some(index.nearest_n(&[p.x, p.y, p.z], 2).get(1)?.distance)).collect()
 }

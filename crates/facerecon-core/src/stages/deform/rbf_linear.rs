@@ -1,9 +1,8 @@
-//! Linear radial basis functions inside a radius (thesis section 4.2.2).
+//! Linear radial basis functions within a radius (thesis section 4.2.2).
 
 use rayon::prelude::*;
 
-use super::rbf::{centres, finish};
-use super::rbf_gaussian::spacings;
+use super::rbf::{centres, finish, spacings};
 use super::{DeformError, DeformInput, DeformParams, Deformed};
 use crate::math::Vec3;
 use crate::spatial::PointIndex;
@@ -11,9 +10,9 @@ use crate::spatial::PointIndex;
 /// Moves every vertex inside the radius of a centre along that centre's direction.
 ///
 /// `r(x) = a + b x` with `b = -1`, so that the function ends at its radius `a`, and `a = s / (1 - v)`
-/// for a nearest other centre at `s`, so that `r(s) / r(0) = v`. A vertex in several areas takes
-/// the sum of its shares, never more than their weighted mean, and a centre itself goes where it is
-/// known to go: no system is solved, which is what the thesis wanted from this variant.
+/// for a nearest other centre at `s`, so that `r(s) / r(0) = v`. A vertex within several radii takes
+/// the sum of its shares, at most their weighted mean, and a centre itself takes its known
+/// displacement: no system is solved, which is this variant's purpose in the thesis.
 pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed, DeformError> {
     let centres = centres(input, params);
     let Some(spacing) = spacings(&centres) else {
@@ -21,8 +20,8 @@ pub fn deform(input: &DeformInput<'_>, params: &DeformParams) -> Result<Deformed
     };
     let radius: Vec<f64> = spacing.iter().map(|s| s / (1.0 - params.neighbour_value)).collect();
     let widest = radius.iter().copied().fold(0.0, f64::max);
-    let places: Vec<Vec3> = centres.iter().map(|c| c.from).collect();
-    let Some(index) = PointIndex::<3>::new(&places) else {
+    let positions: Vec<Vec3> = centres.iter().map(|c| c.position).collect();
+    let Some(index) = PointIndex::<3>::new(&positions) else {
         return Err(DeformError::TooFew { got: 0, needed: 2 });
     };
     let vertices = input

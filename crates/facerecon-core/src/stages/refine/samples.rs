@@ -39,12 +39,12 @@ impl Sample {
 /// Distance between neighbouring dots, or between stripes where the samples run along lines.
 /// `None` for fewer than three samples.
 pub(super) fn pitch(samples: &[Sample]) -> Option<f64> {
-    spatial::pitch(&positions(samples))
+    spatial::estimate_pitch(&positions(samples))
 }
 
 /// Indices of samples no denser than the pitch needs.
 pub(super) fn thinned(samples: &[Sample], pitch: f64) -> Vec<usize> {
-    spatial::thinned(&positions(samples), pitch)
+    spatial::thin_to_pitch(&positions(samples), pitch)
 }
 
 /// Index of the samples' positions; `None` for fewer than three samples.

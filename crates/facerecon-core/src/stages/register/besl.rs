@@ -2,15 +2,20 @@
 
 use rayon::prelude::*;
 
+use super::input::{MIN_POINTS, RegisterInput};
+use super::mask::border_of_mask;
 use super::quaternion::fit_quaternion;
-use super::{
-    LEAST_POINTS, RegisterError, RegisterInput, RegisterParams, Registration, Termination,
-    edge_of_mask, start, trimmed_rms,
-};
+use super::registration::Registration;
+use super::residual::trimmed_rms;
+use super::start;
+use super::{RegisterError, RegisterParams};
 use crate::data::Mesh;
 use crate::math::{Similarity, Vec3, percentile};
 use crate::observer::{Event, Observer};
-use crate::spatial::PointIndex;
+use crate::spatial::{IcpIteration, IcpStep, PointIndex, Termination, iterate_closest_points};
+
+/// Fewest landmarks that determine a pose.
+const MIN_LANDMARKS: usize = 3;
 
 /// Start pose, then the coarse head, then the detailed one.
 pub fn register(
@@ -18,24 +23,24 @@ pub fn register(
     params: &RegisterParams,
     observer: &dyn Observer,
 ) -> Result<Registration, RegisterError> {
-    // Eq. 2.5 gives points of unknown size the height of the whole head, of which the dots cover a
-    // part: without a scale no turn could bring them to the face.
+    // Eq. 2.5 gives points of unknown size the height of the whole head, but the dots cover a part
+    // of it: without a scale no pose would fit.
     let params =
         &RegisterParams { scale: params.scale || !input.frame.is_metric(), ..params.clone() };
-    let inliers = start::on_the_head(&input.data.points, input.model, input.frame);
-    if inliers.len() < LEAST_POINTS {
-        return Err(RegisterError::TooFewPoints { got: inliers.len(), needed: LEAST_POINTS });
+    let inliers = start::points_on_head(&input.data.points, input.model, input.frame);
+    if inliers.len() < MIN_POINTS {
+        return Err(RegisterError::TooFewPoints { got: inliers.len(), needed: MIN_POINTS });
     }
     let points: Vec<Vec3> = inliers.iter().map(|&i| input.data.points[i]).collect();
     let index = PointIndex::<3>::new(&input.model.vertices).ok_or(RegisterError::Degenerate)?;
 
-    let from_features = params.use_features && input.features.len() >= 3;
-    let (first, start_iterations) = if from_features {
-        (start::from_features(input.features, params.scale)?, 0)
+    let from_landmarks = params.use_landmarks && input.landmarks.len() >= MIN_LANDMARKS;
+    let (first, start_iterations) = if from_landmarks {
+        (start::pose_from_landmarks(input.landmarks, params.scale)?, 0)
     } else {
-        start::from_shape(input, &points, params.scale)?
+        start::pose_from_shape(input, &points, params.scale)?
     };
-    let rms_before = trimmed_rms(&placed(&points, &first), &index);
+    let rms_before = trimmed_rms(&transformed(&points, &first), &index);
 
     let coarse = input.coarse.filter(|_| params.coarse_first);
     let (pose, coarse_iterations) = match coarse {
@@ -53,20 +58,21 @@ pub fn register(
         coarse_iterations,
         history: run.history,
         termination: run.termination,
-        from_features,
+        from_landmarks,
         rms_before,
-        rms_after: trimmed_rms(&placed(&points, &run.pose), &index),
+        rms_after: trimmed_rms(&transformed(&points, &run.pose), &index),
         inliers,
     })
 }
 
 struct Run {
     pose: Similarity,
+    /// Eq. 3.8 at the start and after each step that was kept.
     history: Vec<f64>,
     termination: Termination,
 }
 
-/// Steps 1 to 4 of thesis section 3.2; the history starts with the error of the start.
+/// Steps 1 to 4 of thesis section 3.2.
 fn iterate(
     points: &[Vec3],
     model: &Mesh,
@@ -75,43 +81,42 @@ fn iterate(
     observer: &dyn Observer,
 ) -> Result<Run, RegisterError> {
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
-    let mut pose = start;
-    let edge = edge_of_mask(model);
-    let find = |pose: &Similarity| closest(points, pose, model, &index, &edge, params.keep);
-    let mut pairs = find(&pose);
-    let mut history = vec![error(&pairs, &pose)];
-    let mut termination = Termination::MaxIterations;
-    for k in 1..=params.max_iterations {
+    let border = border_of_mask(model);
+    let find_pairs =
+        |pose: &Similarity| closest_vertices(points, pose, model, &index, &border, params.keep);
+    let mut history = Vec::new();
+    let max_iterations = params.max_iterations;
+    let step = |iteration: &IcpIteration<'_, Vec<(Vec3, Vec3)>>| -> Result<_, RegisterError> {
         observer.check()?;
         // the registration is always relative to the first position P_0
-        let (from, to): (Vec<Vec3>, Vec<Vec3>) = pairs.iter().copied().unzip();
+        let (from, to): (Vec<Vec3>, Vec<Vec3>) = iteration.pairs.iter().copied().unzip();
         let next = fit_quaternion(&from, &to, params.scale).ok_or(RegisterError::Degenerate)?;
-        let next_pairs = find(&next); // Eq. 3.7 is in here
-        let (last, d) = (history[k - 1], error(&next_pairs, &next));
-        observer.event(&Event::Iteration { stage: "register", step: k, error: d });
+        let next_pairs = find_pairs(&next); // Eq. 3.7 is in here
+        if history.is_empty() {
+            history.push(error(iteration.pairs, iteration.pose));
+        }
+        let (last, d) = (history[iteration.number - 1], error(&next_pairs, &next));
+        observer.event(&Event::Iteration { stage: "register", step: iteration.number, error: d });
         if d > last && params.keep < 1.0 {
-            // only possible when the counted pairs change: the step before was the best
-            termination = Termination::Converged;
-            break;
+            // only possible when the kept pairs change: the pose before was the best
+            return Ok(Some(IcpStep { pose: *iteration.pose, pairs: None, converged: true }));
         }
-        (pose, pairs) = (next, next_pairs);
         history.push(d);
-        if last - d < params.tolerance * last {
-            termination = Termination::Converged;
-            break;
-        }
-    }
-    Ok(Run { pose, history, termination })
+        let converged = last - d < params.tolerance * last;
+        Ok(Some(IcpStep { pose: next, pairs: Some(next_pairs), converged }))
+    };
+    let icp = iterate_closest_points(start, max_iterations, find_pairs, step)?;
+    Ok(Run { pose: icp.pose, history, termination: icp.termination })
 }
 
-/// Eq. 3.1: every point (as measured) with its closest vertex, the `keep` closest of them. Points
-/// beyond the edge of a mask do not count.
-fn closest(
+/// Eq. 3.1: every point (as measured) with its closest vertex; the fraction `keep` of the pairs that
+/// are closest. Points closest to the border of a mask are left out.
+fn closest_vertices(
     points: &[Vec3],
     pose: &Similarity,
     model: &Mesh,
     index: &PointIndex<3>,
-    edge: &[bool],
+    border: &[bool],
     keep: f64,
 ) -> Vec<(Vec3, Vec3)> {
     let found: Vec<(f64, Vec3, Vec3)> = points
@@ -119,7 +124,7 @@ fn closest(
         .filter_map(|p| {
             let q = pose.apply(p);
             let n = index.nearest(&[q.x, q.y, q.z])?;
-            (!edge[n.index]).then(|| (n.distance, *p, model.vertices[n.index]))
+            (!border[n.index]).then(|| (n.distance, *p, model.vertices[n.index]))
         })
         .collect();
     let distances: Vec<f64> = found.iter().map(|f| f.0).collect();
@@ -133,6 +138,6 @@ fn error(pairs: &[(Vec3, Vec3)], pose: &Similarity) -> f64 {
     pairs.iter().map(|(p, x)| (pose.apply(p) - x).norm_squared()).sum::<f64>().sqrt()
 }
 
-fn placed(points: &[Vec3], pose: &Similarity) -> Vec<Vec3> {
+fn transformed(points: &[Vec3], pose: &Similarity) -> Vec<Vec3> {
     points.iter().map(|p| pose.apply(p)).collect()
 }

@@ -4,9 +4,12 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::math::{Mat3, Similarity, Vec3};
 
-/// The motion that brings `points` closest to their partners `targets` in the least-squares sense,
-/// by the unit quaternion of the greatest eigenvalue. With `with_scale` also the uniform scale
-/// (Umeyama 1991) that the thesis does not have.
+/// Points lie on one line when their second singular value is below this fraction of the first.
+const MIN_SPREAD_RATIO: f64 = 1e-9;
+
+/// The motion that brings `points` closest to the `targets` of the same index in the least-squares
+/// sense, by the unit quaternion of the greatest eigenvalue. With `with_scale` also the uniform scale
+/// (Umeyama 1991), which the thesis does not estimate.
 ///
 /// `None` with fewer than three pairs, lengths that differ, or points that determine no rotation.
 pub fn fit_quaternion(points: &[Vec3], targets: &[Vec3], with_scale: bool) -> Option<Similarity> {
@@ -14,10 +17,10 @@ pub fn fit_quaternion(points: &[Vec3], targets: &[Vec3], with_scale: bool) -> Op
         return None;
     }
     let n = points.len() as f64;
-    // Eq. 3.2; the mean of the model is that of the partners Y, as in Besl and McKay
+    // Eq. 3.2; the mean of the model is that of the matched points Y, as in Besl and McKay
     let mean_p = points.iter().sum::<Vec3>() / n;
     let mean_x = targets.iter().sum::<Vec3>() / n;
-    // Eq. 3.3, in the form that does not cancel
+    // Eq. 3.3, in the form without cancellation
     let mut sigma = Mat3::zeros();
     let mut variance = 0.0;
     for (p, x) in points.iter().zip(targets) {
@@ -28,8 +31,8 @@ pub fn fit_quaternion(points: &[Vec3], targets: &[Vec3], with_scale: bool) -> Op
         return None;
     }
     let singular = sigma.singular_values();
-    if !(singular[1] > 1e-9 * singular[0]) {
-        return None; // a rotation about the points' line is free
+    if !(singular[1] > MIN_SPREAD_RATIO * singular[0]) {
+        return None; // the rotation about the line of the points is undetermined
     }
     let rotation = rotation_of(&max_eigenvector(&q_matrix(&sigma)));
     let scale = if with_scale { (rotation * sigma).trace() / variance } else { 1.0 };
@@ -92,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn large_motions_come_back_both_ways_and_agree_with_the_svd() {
+    fn large_motions_are_recovered_both_ways_and_agree_with_the_svd() {
         for k in 0..60 {
             let t = f64::from(k);
             let truth = Similarity {

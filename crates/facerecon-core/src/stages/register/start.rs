@@ -1,72 +1,94 @@
-//! Where the iteration starts: which points belong to the head, and a first pose.
+//! The start of the iteration: which points belong to the head, and a first pose.
+
+use std::convert::Infallible;
 
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 
+use super::RegisterError;
+use super::input::RegisterInput;
+use super::mask::height;
 use super::quaternion::fit_quaternion;
-use super::{RegisterError, RegisterInput, height, trimmed_rms};
+use super::residual::trimmed_rms;
 use crate::data::{CloudFrame, Mesh};
 use crate::math::{Mat3, Similarity, Vec3, median, percentile};
-use crate::spatial::PointIndex;
+use crate::spatial::{IcpStep, PointIndex, iterate_closest_points};
 
-/// Points looked at while trying starts.
+/// Points used for trying starts.
 const SAMPLE: usize = 250;
-/// How many of the best starts are stepped, and how often.
+/// How many of the best starts are refined, and the steps of each.
 const FINALISTS: usize = 6;
 const STEPS: usize = 8;
+/// Share of the pairs that counts in these steps, the closest ones.
+const COUNTED_SHARE: f64 = 0.85;
+/// Quantile of the depths at which the face begins. A wall may have more dots than the face, but it
+/// is behind it; the nearest few points may be wrong matches.
+const FRONT_QUANTILE: f64 = 0.98;
+/// Quantile of the depths at which the front of the points, or of the model, lies for a start.
+const NEAR_QUANTILE: f64 = 0.97;
+/// Points farther behind the front than this are on a wall, in depths of the head.
+const HEAD_DEPTHS: f64 = 1.1;
+/// Greatest RMS residual of landmarks that fit the head, relative to their RMS distance from their
+/// centre. Landmarks of another head must pass, exchanged left and right ones must not.
+const MAX_LANDMARK_RESIDUAL: f64 = 0.35;
+/// Starts: rotations about the vertical, and steps up and in depth relative to the model's height.
+const YAWS_DEG: [f64; 3] = [0.0, -25.0, 25.0];
+const UP_STEP: f64 = 0.07;
+const DEPTH_STEP: f64 = 0.06;
+/// Vertices whose normal has at least this component toward the viewer are the model's front.
+const FRONT_COSINE: f64 = 0.2;
 
-/// Turns camera axes (y down, z forward) into model axes (y up, z toward the viewer).
-pub fn upright(frame: CloudFrame) -> Similarity {
-    let turn = match frame {
+/// Rotates camera axes (y down, z forward) to model axes (y up, z toward the viewer).
+pub fn model_axes_from_data(frame: CloudFrame) -> Similarity {
+    let axes = match frame {
         CloudFrame::Metric | CloudFrame::Camera => Vec3::new(1.0, -1.0, -1.0),
         CloudFrame::Model => Vec3::repeat(1.0),
     };
-    Similarity::rigid(Mat3::from_diagonal(&turn), Vec3::zeros())
+    Similarity::rigid(Mat3::from_diagonal(&axes), Vec3::zeros())
 }
 
-/// The points no farther behind the front of the face than the head is deep: what the pattern drew
-/// on the wall does not belong to the head.
-pub fn on_the_head(points: &[Vec3], model: &Mesh, frame: CloudFrame) -> Vec<usize> {
+/// Indices of the points no farther behind the front of the face than the head is deep: farther
+/// points are on the wall.
+pub fn points_on_head(points: &[Vec3], model: &Mesh, frame: CloudFrame) -> Vec<usize> {
     let depth = model.bounds().map_or(0.0, |(low, high)| high.z - low.z);
-    let turned: Vec<f64> = points.iter().map(|p| upright(frame).apply(p).z).collect();
-    // A wall may hold more dots than the face: the front is where points begin to be dense.
-    let front = percentile(&turned, 0.98).unwrap_or(0.0);
-    let limit = if frame.is_metric() { front - 1.1 * depth } else { f64::NEG_INFINITY };
-    (0..points.len()).filter(|&i| turned[i] >= limit).collect()
+    let z: Vec<f64> = points.iter().map(|p| model_axes_from_data(frame).apply(p).z).collect();
+    let front = percentile(&z, FRONT_QUANTILE).unwrap_or(0.0);
+    let limit = if frame.is_metric() { front - HEAD_DEPTHS * depth } else { f64::NEG_INFINITY };
+    (0..points.len()).filter(|&i| z[i] >= limit).collect()
 }
 
-/// The pose from marked features, by the same solver as in each step.
+/// The pose from landmarks as `(measured, on the model)`, by the solver of the steps.
 ///
 /// # Errors
-/// [`RegisterError::Features`] when they do not fit the model, [`RegisterError::Degenerate`] when
+/// [`RegisterError::Landmarks`] when they do not fit the model, [`RegisterError::Degenerate`] when
 /// they lie on one line.
-pub fn from_features(
-    features: &[(Vec3, Vec3)],
+pub fn pose_from_landmarks(
+    landmarks: &[(Vec3, Vec3)],
     with_scale: bool,
 ) -> Result<Similarity, RegisterError> {
-    let (data, model): (Vec<Vec3>, Vec<Vec3>) = features.iter().copied().unzip();
+    let (data, model): (Vec<Vec3>, Vec<Vec3>) = landmarks.iter().copied().unzip();
     let pose = fit_quaternion(&data, &model, with_scale).ok_or(RegisterError::Degenerate)?;
-    let misses: Vec<f64> = features.iter().map(|(d, m)| (pose.apply(d) - m).norm()).collect();
-    let rms = (misses.iter().map(|d| d * d).sum::<f64>() / misses.len() as f64).sqrt();
+    let residuals: Vec<f64> = landmarks.iter().map(|(d, m)| (pose.apply(d) - m).norm()).collect();
+    let rms = (residuals.iter().map(|d| d * d).sum::<f64>() / residuals.len() as f64).sqrt();
     let centre = model.iter().sum::<Vec3>() / model.len() as f64;
     let spread = (model.iter().map(|m| (m - centre).norm_squared()).sum::<f64>()
         / model.len() as f64)
         .sqrt();
-    let limit = 0.35 * spread;
+    let limit = MAX_LANDMARK_RESIDUAL * spread;
     if !(rms <= limit) {
-        let worst = (0..misses.len()).max_by(|&a, &b| misses[a].total_cmp(&misses[b]));
-        return Err(RegisterError::Features { rms, limit, worst: worst.unwrap_or(0) });
+        let worst = (0..residuals.len()).max_by(|&a, &b| residuals[a].total_cmp(&residuals[b]));
+        return Err(RegisterError::Landmarks { rms, limit, worst: worst.unwrap_or(0) });
     }
     Ok(pose)
 }
 
-/// A first pose without marks: front against front, from several heights, depths and turns of the
-/// head; the start whose points come closest after a few steps on a sample wins. Also gives the
-/// number of steps taken.
+/// A first pose without landmarks: the front of the points on the front of the model, at several
+/// heights, depths and rotations; the start with the smallest distance after a few steps on a sample
+/// wins. Returns it with the number of steps taken.
 ///
 /// # Errors
-/// [`RegisterError::Degenerate`] when no start can be stepped.
-pub fn from_shape(
+/// [`RegisterError::Degenerate`] when there is no start.
+pub fn pose_from_shape(
     input: &RegisterInput<'_>,
     points: &[Vec3],
     with_scale: bool,
@@ -75,53 +97,54 @@ pub fn from_shape(
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
     let stride = points.len().div_ceil(SAMPLE).max(1);
     let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
-    let starts = starts(model, &sample, upright(input.frame));
-    let mut tried: Vec<(f64, usize)> =
-        starts.par_iter().enumerate().map(|(i, s)| (score(&sample, s, &index), i)).collect();
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    // The closest start is often a shallow one: a few steps tell more than the start itself.
-    let stepped: Vec<(f64, Similarity)> = tried
+    let starts = starts(model, &sample, model_axes_from_data(input.frame));
+    let mut ranked: Vec<(f64, usize)> =
+        starts.par_iter().enumerate().map(|(i, s)| (distance(&sample, s, &index), i)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    // The closest start is often in a local minimum: a few steps show which one leads to the head.
+    let refined: Vec<(f64, Similarity)> = ranked
         .iter()
         .take(FINALISTS)
         .map(|&(_, i)| {
-            let mut pose = starts[i];
-            for _ in 0..STEPS {
-                pose = step(&sample, &pose, model, &index, with_scale).unwrap_or(pose);
-            }
-            (score(&sample, &pose, &index), starts[i])
+            let pose = stepped(&sample, starts[i], model, &index, with_scale);
+            (distance(&sample, &pose, &index), starts[i])
         })
         .collect();
-    let steps = stepped.len() * STEPS;
-    stepped
+    let steps = refined.len() * STEPS;
+    refined
         .into_iter()
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, pose)| (pose, steps))
         .ok_or(RegisterError::Degenerate)
 }
 
-fn starts(model: &Mesh, sample: &[Vec3], upright: Similarity) -> Vec<Similarity> {
-    // The side of the model that the cameras see.
+fn starts(model: &Mesh, sample: &[Vec3], model_from_data: Similarity) -> Vec<Similarity> {
     let normals = model.vertex_normals();
-    let front: Vec<Vec3> =
-        model.vertices.iter().zip(&normals).filter(|(_, n)| n.z > 0.2).map(|(v, _)| *v).collect();
+    let front: Vec<Vec3> = model
+        .vertices
+        .iter()
+        .zip(&normals)
+        .filter(|(_, n)| n.z > FRONT_COSINE)
+        .map(|(v, _)| *v)
+        .collect();
     let front = if front.is_empty() { &model.vertices } else { &front };
     let mut starts = Vec::new();
-    for yaw_deg in [0.0f64, -25.0, 25.0] {
+    for yaw_deg in YAWS_DEG {
         let turn = Similarity::rigid(
             Rotation3::from_axis_angle(&Vec3::y_axis(), yaw_deg.to_radians()).into_inner(),
             Vec3::zeros(),
         );
-        let pose = turn.compose(&upright);
+        let pose = turn.compose(&model_from_data);
         let turned: Vec<Vec3> = sample.iter().map(|p| pose.apply(p)).collect();
         let base = Vec3::new(
-            middle(front, 0) - middle(&turned, 0),
-            middle(front, 1) - middle(&turned, 1),
-            nearest(front) - nearest(&turned),
+            median_coordinate(front, 0) - median_coordinate(&turned, 0),
+            median_coordinate(front, 1) - median_coordinate(&turned, 1),
+            front_depth(front) - front_depth(&turned),
         );
         for up in -4..=4 {
             for back in -1..=1 {
-                let shift = base
-                    + Vec3::new(0.0, f64::from(up) * 0.07, f64::from(back) * 0.06) * height(model);
+                let steps = Vec3::new(0.0, f64::from(up) * UP_STEP, f64::from(back) * DEPTH_STEP);
+                let shift = base + steps * height(model);
                 starts.push(Similarity::rigid(Mat3::identity(), shift).compose(&pose));
             }
         }
@@ -129,41 +152,48 @@ fn starts(model: &Mesh, sample: &[Vec3], upright: Similarity) -> Vec<Similarity>
     starts
 }
 
-fn middle(points: &[Vec3], axis: usize) -> f64 {
+fn median_coordinate(points: &[Vec3], axis: usize) -> f64 {
     let values: Vec<f64> = points.iter().map(|p| p[axis]).collect();
     median(&values).unwrap_or(0.0)
 }
 
-fn nearest(points: &[Vec3]) -> f64 {
+fn front_depth(points: &[Vec3]) -> f64 {
     let values: Vec<f64> = points.iter().map(|p| p.z).collect();
-    percentile(&values, 0.97).unwrap_or(0.0)
+    percentile(&values, NEAR_QUANTILE).unwrap_or(0.0)
 }
 
-fn score(sample: &[Vec3], pose: &Similarity, index: &PointIndex<3>) -> f64 {
-    let placed: Vec<Vec3> = sample.iter().map(|p| pose.apply(p)).collect();
-    // A larger scale alone must not make a start look worse.
-    trimmed_rms(&placed, index) / pose.scale
+/// Typical distance of the sample from the model under a pose, in the unit of the sample: a larger
+/// scale alone does not make a start worse.
+fn distance(sample: &[Vec3], pose: &Similarity, index: &PointIndex<3>) -> f64 {
+    let moved: Vec<Vec3> = sample.iter().map(|p| pose.apply(p)).collect();
+    trimmed_rms(&moved, index) / pose.scale
 }
 
-fn step(
+/// The pose after a few steps with the closest of the pairs.
+fn stepped(
     sample: &[Vec3],
-    pose: &Similarity,
+    start: Similarity,
     model: &Mesh,
     index: &PointIndex<3>,
     with_scale: bool,
-) -> Option<Similarity> {
-    let pairs: Vec<(f64, usize, Vec3)> = sample
-        .iter()
-        .enumerate()
-        .filter_map(|(i, p)| {
-            let q = pose.apply(p);
-            let n = index.nearest(&[q.x, q.y, q.z])?;
-            Some((n.distance, i, model.vertices[n.index]))
-        })
-        .collect();
-    let distances: Vec<f64> = pairs.iter().map(|p| p.0).collect();
-    let limit = percentile(&distances, 0.85)?;
-    let (points, targets): (Vec<Vec3>, Vec<Vec3>) =
-        pairs.iter().filter(|p| p.0 <= limit).map(|p| (sample[p.1], p.2)).unzip();
-    fit_quaternion(&points, &targets, with_scale)
+) -> Similarity {
+    let find_pairs = |pose: &Similarity| -> (Vec<Vec3>, Vec<Vec3>) {
+        let pairs: Vec<(f64, Vec3, Vec3)> = sample
+            .iter()
+            .filter_map(|p| {
+                let q = pose.apply(p);
+                let n = index.nearest(&[q.x, q.y, q.z])?;
+                Some((n.distance, *p, model.vertices[n.index]))
+            })
+            .collect();
+        let distances: Vec<f64> = pairs.iter().map(|p| p.0).collect();
+        let limit = percentile(&distances, COUNTED_SHARE).unwrap_or(0.0);
+        pairs.iter().filter(|p| p.0 <= limit).map(|p| (p.1, p.2)).unzip()
+    };
+    let Ok(icp) = iterate_closest_points(start, STEPS, find_pairs, |iteration| {
+        let (points, targets) = iteration.pairs;
+        let pose = fit_quaternion(points, targets, with_scale);
+        Ok::<_, Infallible>(pose.map(|pose| IcpStep { pose, pairs: None, converged: false }))
+    });
+    icp.pose
 }

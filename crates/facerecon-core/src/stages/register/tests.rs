@@ -1,9 +1,12 @@
 use super::*;
+use crate::data::{Cloud, CloudFrame};
+use crate::math::Similarity;
+use crate::spatial::Termination;
 use crate::template::{head, head_coarse};
 use nalgebra::Rotation3;
 
-/// Points on the front of the head, as a camera would see them, with the motion that was applied.
-fn seen(angles: (f64, f64, f64), wall: bool) -> (Cloud, Similarity) {
+/// Points on the front of the head in the camera frame, with the transform that was applied.
+fn measured(angles: (f64, f64, f64), wall: bool) -> (Cloud, Similarity) {
     let mesh = head().mesh;
     let normals = mesh.vertex_normals();
     let camera_from_model = Similarity::rigid(
@@ -39,17 +42,17 @@ fn error_mm(found: &Registration, camera_from_model: &Similarity) -> f64 {
 }
 
 #[test]
-fn the_returned_motion_brings_the_face_back_wherever_it_looked() {
+fn the_pose_is_recovered_for_heads_turned_either_way_and_with_a_wall() {
     let (model, coarse) = (head().mesh, head_coarse().mesh);
     for (angles, wall) in
         [((0.0, 0.0, 0.0), false), ((0.12, 0.3, -0.08), false), ((-0.1, -0.35, 0.1), true)]
     {
-        let (data, truth) = seen(angles, wall);
+        let (data, truth) = measured(angles, wall);
         let input = RegisterInput {
             data: &data,
             model: &model,
             coarse: Some(&coarse),
-            features: &[],
+            landmarks: &[],
             frame: CloudFrame::Metric,
         };
         let params = RegisterParams { tolerance: 1e-6, ..RegisterParams::default() };
@@ -64,10 +67,10 @@ fn the_returned_motion_brings_the_face_back_wherever_it_looked() {
 }
 
 #[test]
-fn marked_features_need_fewer_steps_and_survive_a_large_turn() {
+fn landmarks_need_fewer_steps_and_allow_a_large_rotation() {
     let template = head();
-    let (data, truth) = seen((0.2, 0.9, 0.3), false);
-    let features: Vec<(Vec3, Vec3)> = template
+    let (data, truth) = measured((0.2, 0.9, 0.3), false);
+    let landmarks: Vec<(Vec3, Vec3)> = template
         .landmarks
         .values()
         .map(|&v| (truth.apply(&template.mesh.vertices[v]), template.mesh.vertices[v]))
@@ -76,16 +79,16 @@ fn marked_features_need_fewer_steps_and_survive_a_large_turn() {
         data: &data,
         model: &template.mesh,
         coarse: None,
-        features: &features,
+        landmarks: &landmarks,
         frame: CloudFrame::Metric,
     };
     let found = register(&with, &RegisterParams::default(), &()).unwrap();
-    assert!(found.from_features && error_mm(&found, &truth) < 0.1);
-    let (data, truth) = seen((0.1, 0.1, 0.0), false);
+    assert!(found.from_landmarks && error_mm(&found, &truth) < 0.1);
+    let (data, truth) = measured((0.1, 0.1, 0.0), false);
     let moved: Vec<(Vec3, Vec3)> =
-        features.iter().map(|(_, m)| (truth.apply(m) + m.zxy() * 0.01, *m)).collect();
-    let with = RegisterInput { data: &data, features: &moved, ..with };
-    let without = RegisterInput { features: &[], ..with };
+        landmarks.iter().map(|(_, m)| (truth.apply(m) + m.zxy() * 0.01, *m)).collect();
+    let with = RegisterInput { data: &data, landmarks: &moved, ..with };
+    let without = RegisterInput { landmarks: &[], ..with };
     let params = RegisterParams::default();
     let (a, b) =
         (register(&with, &params, &()).unwrap(), register(&without, &params, &()).unwrap());
@@ -93,10 +96,10 @@ fn marked_features_need_fewer_steps_and_survive_a_large_turn() {
 }
 
 #[test]
-fn a_known_scale_is_found_from_features_when_asked() {
+fn the_scale_is_found_from_landmarks_when_requested() {
     let template = head();
-    let truth = Similarity { scale: 1.1, ..seen((0.0, 0.1, 0.0), false).1 };
-    let features: Vec<(Vec3, Vec3)> = template
+    let truth = Similarity { scale: 1.1, ..measured((0.0, 0.1, 0.0), false).1 };
+    let landmarks: Vec<(Vec3, Vec3)> = template
         .landmarks
         .values()
         .map(|&v| (truth.apply(&template.mesh.vertices[v]), template.mesh.vertices[v]))
@@ -106,7 +109,7 @@ fn a_known_scale_is_found_from_features_when_asked() {
         data: &data,
         model: &template.mesh,
         coarse: None,
-        features: &features,
+        landmarks: &landmarks,
         frame: CloudFrame::Metric,
     };
     let params = RegisterParams { scale: true, ..RegisterParams::default() };
@@ -115,14 +118,14 @@ fn a_known_scale_is_found_from_features_when_asked() {
 }
 
 #[test]
-fn what_cannot_be_a_face_is_refused_with_figures() {
+fn data_that_cannot_be_a_face_are_rejected() {
     let model = head().mesh;
-    let (data, truth) = seen((0.0, 0.0, 0.0), false);
+    let (data, truth) = measured((0.0, 0.0, 0.0), false);
     let input = RegisterInput {
         data: &data,
         model: &model,
         coarse: None,
-        features: &[],
+        landmarks: &[],
         frame: CloudFrame::Metric,
     };
     let params = RegisterParams::default();
@@ -149,19 +152,19 @@ fn what_cannot_be_a_face_is_refused_with_figures() {
 
     // left and right exchanged
     let template = head();
-    let features: Vec<(Vec3, Vec3)> = template
+    let landmarks: Vec<(Vec3, Vec3)> = template
         .landmarks
         .values()
         .map(|&v| template.mesh.vertices[v])
         .map(|m| (truth.apply(&Vec3::new(-m.x, m.y, m.z)), m))
         .collect();
     let error =
-        register(&RegisterInput { features: &features, ..input }, &params, &()).unwrap_err();
-    assert!(matches!(error, RegisterError::Features { rms, limit, .. } if rms > limit), "{error}");
+        register(&RegisterInput { landmarks: &landmarks, ..input }, &params, &()).unwrap_err();
+    assert!(matches!(error, RegisterError::Landmarks { rms, limit, .. } if rms > limit), "{error}");
 }
 
 #[test]
-fn a_fit_that_ends_worse_than_it_began_is_refused() {
+fn a_registration_worse_than_its_start_is_rejected() {
     let worse = Registration {
         model_from_data: Similarity::identity(),
         iterations: 3,
@@ -169,11 +172,11 @@ fn a_fit_that_ends_worse_than_it_began_is_refused() {
         coarse_iterations: 0,
         history: vec![1.0],
         termination: Termination::Converged,
-        from_features: true,
+        from_landmarks: true,
         rms_before: 2.0,
         rms_after: 3.0,
         inliers: Vec::new(),
     };
-    let error = judge(&worse, &head().mesh, &RegisterParams::default()).unwrap_err();
+    let error = reject_implausible(&worse, &head().mesh, &RegisterParams::default()).unwrap_err();
     assert_eq!(error, RegisterError::Worse { before: 2.0, after: 3.0 });
 }

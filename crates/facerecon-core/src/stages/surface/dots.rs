@@ -5,7 +5,7 @@ use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 use super::SurfaceError;
 use super::patch::{Node, Patch, Unproject};
 use crate::data::Match;
-use crate::spatial::thinned;
+use crate::spatial::thin_to_pitch;
 
 /// Coordinates below this count as 0, pixels: spade refuses smaller ones than about 1e-43.
 const MIN_COORDINATE_PX: f64 = 1e-30;
@@ -28,7 +28,7 @@ pub(super) fn triangulated(
     unproject: Unproject<'_>,
 ) -> Result<Patch, SurfaceError> {
     let pixels: Vec<_> = matches.iter().map(|m| m.left).collect();
-    let nodes = thinned(&pixels, pitch_px)
+    let nodes = thin_to_pitch(&pixels, pitch_px)
         .into_iter()
         .filter_map(|i| Node::new(matches[i].left, matches[i].disparity(), unproject))
         .collect();

@@ -6,7 +6,7 @@ use super::rig::Rig;
 use super::subject::Subject;
 use crate::data::sampling::{Cell, bilinear};
 use crate::data::{Mesh, Raster, Rgb};
-use crate::math::{Similarity, Vec3};
+use crate::math::{Similarity, Vec3, interpolate};
 use crate::render::{ambient_openness, linear_from_srgb, rasterize, sample_texture, supersampled};
 use crate::synthetic::pattern::Design;
 
@@ -118,15 +118,12 @@ impl<'a> LitScene<'a> {
     pub(super) fn reflected(&self, face: usize, weights: [f32; 3], eye: &Vec3) -> Reflected {
         let w = weights.map(f64::from);
         let corners = self.mesh.faces[face].map(|i| i as usize);
-        let [a, b, c] = corners;
-        let point = self.mesh.vertices[a] * w[0]
-            + self.mesh.vertices[b] * w[1]
-            + self.mesh.vertices[c] * w[2];
-        let smooth = self.normals[a] * w[0] + self.normals[b] * w[1] + self.normals[c] * w[2];
+        let point = interpolate(corners.map(|v| self.mesh.vertices[v]), w);
+        let smooth = interpolate(corners.map(|v| self.normals[v]), w);
         let toward_eye = (eye - point).normalize();
         let normal = smooth.try_normalize(1e-12).unwrap_or(toward_eye);
         let normal = if normal.dot(&toward_eye) < INSIDE_COSINE { -normal } else { normal };
-        let open = self.openness[a] * w[0] + self.openness[b] * w[1] + self.openness[c] * w[2];
+        let open = interpolate(corners.map(|v| self.openness[v]), w);
         let albedo = self.albedo(face, &corners, &w);
 
         let p = self.params;

@@ -1,7 +1,7 @@
 //! The disparities of the matches as a surface over the left photo.
 
 use super::evidence::Evidence;
-use crate::math::{Mat3, Vec2, Vec3, median};
+use crate::math::{Vec2, fit_plane_robust, median};
 use crate::spatial::PointIndex;
 use crate::stages::correspond::matches::IndexedMatch;
 
@@ -18,9 +18,6 @@ const ROUNDS: usize = 5;
 /// Scale of the residuals in the first round over that of the others: it starts from the median,
 /// which has no slope.
 const FIRST_ROUND_SCALE: f64 = 6.0;
-/// Damping of the offset and the slopes of a plane (in matches, in squared pixels): only keeps the
-/// system solvable.
-const DAMPING: [f64; 3] = [1e-9, 1.0, 1.0];
 
 /// The disparities of the matches over the left photo.
 pub(super) struct DisparitySurface {
@@ -79,23 +76,10 @@ impl DisparitySurface {
     /// Value at a point of a robust plane through matches. Weights fall with the residual over
     /// `scale_px` (Cauchy), starting from the median.
     pub(super) fn plane_at(&self, at: Vec2, near: &[usize], scale_px: f64) -> Option<f64> {
-        let values: Vec<f64> = near.iter().map(|n| self.disparities[*n]).collect();
-        let mut plane = [median(&values)?, 0.0, 0.0];
-        for round in 0..ROUNDS {
-            let (mut normal, mut right) = (Mat3::zeros(), Vec3::zeros());
-            for n in near {
-                let d = self.points[*n] - at;
-                let residual = self.disparities[*n] - (plane[0] + plane[1] * d.x + plane[2] * d.y);
-                let scale = if round == 0 { FIRST_ROUND_SCALE * scale_px } else { scale_px };
-                let weight = 1.0 / (1.0 + (residual / scale).powi(2));
-                let j = Vec3::new(1.0, d.x, d.y);
-                normal += weight * j * j.transpose();
-                right += weight * self.disparities[*n] * j;
-            }
-            DAMPING.iter().enumerate().for_each(|(i, damping)| normal[(i, i)] += damping);
-            let solved = normal.try_inverse()? * right;
-            plane = [solved.x, solved.y, solved.z];
-        }
-        Some(plane[0])
+        let sample = |n: &usize| (self.points[*n] - at, self.disparities[*n]);
+        let samples: Vec<(Vec2, f64)> = near.iter().map(sample).collect();
+        let mut widths = [scale_px; ROUNDS];
+        widths[0] *= FIRST_ROUND_SCALE;
+        fit_plane_robust(&samples, &widths).map(|plane| plane[0])
     }
 }

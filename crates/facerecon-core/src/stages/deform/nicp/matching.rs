@@ -1,290 +1,227 @@
-//! Which point of the surface each measured point belongs to, and how much it counts.
+//! Finds the closest point of the surface for each measured point, and the weight of each match.
 
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 use super::super::DeformError;
-use super::{NicpParams, islands};
-use crate::data::{Cloud, Mesh, Topology};
-use crate::math::{PlanePair, Similarity, Vec3, mad, median};
+use super::NicpParams;
+use super::measured_points::MeasuredPoint;
+use super::small_components::drop_stray_components;
+use super::surface_match::SurfaceMatch;
+use crate::data::{Mesh, MeshError, Topology};
+use crate::math::{Vec3, interpolate, mad, median};
 use crate::spatial::SurfaceIndex;
 
-/// A measured point; the normal is zero where unknown.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub at: Vec3,
-    pub normal: Vec3,
-    /// Weight from the point's own uncertainty; 1 for the typical point.
-    pub weight: f64,
-    /// Cell of space it lies in, for comparing it with its neighbours.
-    pub cell: u32,
-    /// The small piece of the data it belongs to; none in the large pieces.
-    pub island: Option<u32>,
+/// At this distance from the surface the limit of the angle between the normals is half as wide,
+/// mm. Larger values let a wall beside the head pull the cheeks; smaller ones reject the data of a
+/// head that differs much from the template.
+const HALF_ANGLE_DISTANCE_MM: f64 = 20.0;
+/// Matches with a smaller robust weight are left out. Where there is nothing better to oppose them,
+/// they would still pull.
+const MIN_ROBUST_WEIGHT: f64 = 0.05;
+/// Width of the Geman-McClure weights, standard deviations of the neighbourhood.
+const WEIGHT_WIDTH: f64 = 2.5;
+/// Least standard deviation of a neighbourhood, mm: below it, points agree by chance.
+const MIN_SPREAD_MM: f64 = 0.06;
+/// Neighbourhoods with fewer matches use the deviation of all matches.
+const MIN_NEIGHBOURHOOD: usize = 7;
+
+/// Fewer matches than this do not determine a head's shape: a dot pattern puts some thousand dots
+/// on a face, so fewer mean that the stages before have failed.
+const MIN_MATCHES: usize = 50;
+/// Least local spread that is allowed, and what is added for each mm of stiffness, mm. Lower values
+/// ignore the ears in the stiff rounds, higher ones let hair bend the head.
+const BASE_SPREAD_MM: f64 = 1.0;
+const SPREAD_PER_STIFFNESS: f64 = 0.25;
+
+/// The largest spread within a neighbourhood that a plate of some stiffness can still resolve, mm.
+pub(super) fn max_local_spread_mm(stiffness_mm: f64) -> f64 {
+    BASE_SPREAD_MM + SPREAD_PER_STIFFNESS * stiffness_mm
 }
 
-impl Point {
-    /// The usable points of a cloud. What is far noisier than the rest counts less, but no point
-    /// counts for more than four.
-    pub fn all(data: &Cloud, default_sigma: f64) -> Vec<Self> {
-        let n = data.points.len();
-        let sigma = |i: usize| match data.sigmas.get(i) {
-            Some(s) if *s > 0.0 && s.is_finite() && data.sigmas.len() == n => *s,
-            _ => default_sigma,
-        };
-        let typical = median(&(0..n).map(sigma).collect::<Vec<_>>()).unwrap_or(default_sigma);
-        let mut points: Vec<Self> = (0..n)
-            .map(|i| Self {
-                at: data.points[i],
-                normal: if data.normals.len() == n { data.normals[i] } else { Vec3::zeros() },
-                weight: (typical / sigma(i)).powi(2).clamp(0.02, 4.0),
-                cell: 0,
-                island: None,
-            })
-            .filter(|p| p.at.iter().chain(p.normal.iter()).all(|c| c.is_finite()))
-            .collect();
-        islands::mark(&mut points);
-        points
-    }
-
-    pub fn transformed(&self, target_from_source: &Similarity) -> Self {
-        Self {
-            at: target_from_source.apply(&self.at),
-            normal: target_from_source.rotate(&self.normal),
-            ..*self
-        }
-    }
+/// The number of matches, where there are enough.
+pub(super) fn require_matches(matches: &[SurfaceMatch]) -> Result<usize, DeformError> {
+    let (got, needed) = (matches.len(), MIN_MATCHES);
+    if got < needed { Err(DeformError::TooFew { got, needed }) } else { Ok(got) }
 }
 
-/// About `count` points, evenly over space: one in each cell of a grid as fine as needed.
-pub(super) fn thin(points: &[Point], count: usize) -> Vec<Point> {
-    if points.len() <= count {
-        return in_cells(points.to_vec());
-    }
-    let mut cell = cell_for(points, 1.0) * (points.len() as f64 / count as f64).sqrt();
-    for _ in 0..3 {
-        let got = occupied(points, cell).1.len() as f64;
-        // cells on a surface: their number goes with the square of the length
-        cell *= (got / count as f64).sqrt().clamp(0.3, 3.0);
-    }
-    in_cells(occupied(points, cell).1.iter().map(|&i| points[i]).collect())
+/// Which matches are admissible.
+pub(super) struct MatchLimits {
+    /// For each face whether it may be matched: faces at an open border may not.
+    admissible: Vec<bool>,
+    max_normal_angle_rad: f64,
 }
 
-/// At most `count` points, evenly over the list.
-pub(super) fn thin_evenly(points: &[Point], count: usize) -> Vec<Point> {
-    if points.len() <= count {
-        return in_cells(points.to_vec());
-    }
-    in_cells((0..count).map(|k| points[k * points.len() / count]).collect())
-}
-
-/// Points that count as one another's neighbours, about.
-const NEIGHBOURHOOD: f64 = 20.0;
-
-fn in_cells(mut points: Vec<Point>) -> Vec<Point> {
-    let cell = cell_of(&points, NEIGHBOURHOOD);
-    let (cells, _) = occupied(&points, cell);
-    points.iter_mut().zip(cells).for_each(|(p, c)| p.cell = c);
-    points
-}
-
-/// The cell that holds about `count` points on average.
-pub(super) fn cell_of(points: &[Point], count: f64) -> f64 {
-    let mut cell = cell_for(points, count);
-    for _ in 0..3 {
-        let got = points.len() as f64 / occupied(points, cell).1.len().max(1) as f64;
-        cell *= (count / got.max(1e-9)).sqrt().clamp(0.3, 3.0);
-    }
-    cell
-}
-
-/// First guess at the cell that holds `count` points of a surface.
-fn cell_for(points: &[Point], count: f64) -> f64 {
-    let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |a, p| a.inf(&p.at));
-    let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, p| a.sup(&p.at));
-    let size = if points.is_empty() { 1.0 } else { (high - low).norm() };
-    (0.6 * size * (count / points.len().max(1) as f64).sqrt()).max(1e-9)
-}
-
-/// The cell of each point, counted from 0 in their order, and the first point of each cell.
-pub(super) fn occupied(points: &[Point], cell: f64) -> (Vec<u32>, Vec<usize>) {
-    let mut seen: HashMap<[i64; 3], u32> = HashMap::new();
-    let mut first = Vec::new();
-    let mut cells = Vec::with_capacity(points.len());
-    for (i, p) in points.iter().enumerate() {
-        let k = p.at.map(|c| (c / cell).floor() as i64);
-        let id = *seen.entry([k.x, k.y, k.z]).or_insert_with(|| {
-            first.push(i);
-            first.len() as u32 - 1
-        });
-        cells.push(id);
-    }
-    (cells, first)
-}
-
-/// What a match must satisfy.
-pub(super) struct Gate {
-    /// Faces that may be matched: those away from an open border.
-    open: Vec<bool>,
-    normal_gate: f64,
-}
-
-impl Gate {
+impl MatchLimits {
     pub fn new(mesh: &Mesh, params: &NicpParams) -> Self {
         let rings = Topology::new(mesh).rings_from_border();
-        let far = |v: &u32| rings[*v as usize] as usize >= params.border_rings;
+        let inside = |v: &u32| rings[*v as usize] as usize >= params.border_rings;
         Self {
-            open: mesh.faces.iter().map(|f| f.iter().all(far)).collect(),
-            normal_gate: params.normal_gate_deg.to_radians(),
+            admissible: mesh.faces.iter().map(|f| f.iter().all(inside)).collect(),
+            max_normal_angle_rad: params.normal_gate_deg.to_radians(),
         }
     }
 
-    /// Least cosine between the normals of a point and its foot: what lies farther off must agree
-    /// better. Beside the head's silhouette the nearest surface looks sideways, and what is
-    /// measured there looks at the camera.
-    fn least_cosine(&self, distance: f64) -> f64 {
-        (self.normal_gate / (1.0 + distance / FAR_MM)).cos()
+    /// Least cosine between the normals of a point and its closest point; stricter with distance.
+    /// Beside the head's silhouette the closest surface faces sideways, while what is measured
+    /// there faces the camera.
+    fn min_cosine(&self, distance_mm: f64) -> f64 {
+        (self.max_normal_angle_rad / (1.0 + distance_mm / HALF_ANGLE_DISTANCE_MM)).cos()
     }
-}
-
-/// At this distance the gate of the normals is half as wide, mm.
-const FAR_MM: f64 = 20.0;
-
-/// A measured point and its place on the surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
-    pub data: Vec3,
-    pub corners: [usize; 3],
-    pub barycentric: [f64; 3],
-    pub foot: Vec3,
-    /// Smooth unit normal of the surface at the foot.
-    pub normal: Vec3,
-    /// Weight from uncertainty and fit.
-    pub weight: f64,
-    /// Cell of the measured point.
-    pub cell: u32,
-    /// Its island.
-    pub island: Option<u32>,
 }
 
 /// Finds matches on one state of the mesh.
 pub(super) struct Matcher<'a> {
     mesh: &'a Mesh,
-    gate: &'a Gate,
+    limits: &'a MatchLimits,
     index: SurfaceIndex,
     normals: Vec<Vec3>,
 }
 
 impl<'a> Matcher<'a> {
-    pub fn new(mesh: &'a Mesh, gate: &'a Gate) -> Result<Self, DeformError> {
+    pub fn new(mesh: &'a Mesh, limits: &'a MatchLimits) -> Result<Self, DeformError> {
         mesh.validate()?;
-        let index = SurfaceIndex::new(mesh).ok_or(crate::data::MeshError::Empty {
-            vertices: mesh.vertices.len(),
-            faces: mesh.faces.len(),
-        })?;
-        Ok(Self { mesh, gate, index, normals: mesh.vertex_normals() })
+        let index = SurfaceIndex::new(mesh)
+            .ok_or(MeshError::Empty { vertices: mesh.vertices.len(), faces: mesh.faces.len() })?;
+        Ok(Self { mesh, limits, index, normals: mesh.vertex_normals() })
     }
 
-    /// The matches within reach that pass the gates, weighted; in the order of the points.
-    /// Neighbourhoods whose points disagree by more than `calm_mm` count little.
-    pub fn find(&self, points: &[Point], reach: f64, calm_mm: f64) -> Vec<Found> {
-        let one = |p: &Point| {
-            let hit = self.index.closest_within(&p.at, reach)?;
-            if !self.gate.open[hit.face] {
-                return None;
-            }
-            let corners = self.mesh.faces[hit.face].map(|v| v as usize);
-            let normal: Vec3 = (0..3).map(|k| self.normals[corners[k]] * hit.barycentric[k]).sum();
-            let normal = normal.try_normalize(1e-12)?;
-            let turned = self.gate.least_cosine(hit.distance);
-            if p.normal != Vec3::zeros() && p.normal.dot(&normal) < turned {
-                return None;
-            }
-            Some(Found {
-                data: p.at,
-                corners,
-                barycentric: hit.barycentric,
-                foot: hit.point,
-                normal,
-                weight: p.weight,
-                cell: p.cell,
-                island: p.island,
-            })
-        };
-        let found: Vec<Option<Found>> = points.par_iter().map(one).collect();
-        let mut found: Vec<Found> = found.into_iter().flatten().collect();
-        islands::forget(&mut found);
-        forget_outliers(&mut found, calm_mm);
-        found
+    /// The admissible matches no farther apart than `max_distance_mm`, weighted, in the order of
+    /// the points. Neighbourhoods with a larger spread than `max_local_spread_mm` count little.
+    pub fn find(
+        &self,
+        points: &[MeasuredPoint],
+        max_distance_mm: f64,
+        max_local_spread_mm: f64,
+    ) -> Vec<SurfaceMatch> {
+        let found: Vec<Option<SurfaceMatch>> =
+            points.par_iter().map(|p| self.closest(p, max_distance_mm)).collect();
+        let mut matches: Vec<SurfaceMatch> = found.into_iter().flatten().collect();
+        drop_stray_components(&mut matches);
+        weight_by_neighbourhood(&mut matches, max_local_spread_mm);
+        matches
+    }
+
+    fn closest(&self, point: &MeasuredPoint, max_distance_mm: f64) -> Option<SurfaceMatch> {
+        let closest = self.index.closest_within(&point.position, max_distance_mm)?;
+        if !self.limits.admissible[closest.face] {
+            return None;
+        }
+        let corners = self.mesh.faces[closest.face].map(|v| v as usize);
+        let normal = interpolate(corners.map(|v| self.normals[v]), closest.barycentric);
+        let normal = normal.try_normalize(1e-12)?;
+        let min_cosine = self.limits.min_cosine(closest.distance);
+        if point.normal != Vec3::zeros() && point.normal.dot(&normal) < min_cosine {
+            return None;
+        }
+        Some(SurfaceMatch {
+            data: point.position,
+            corners,
+            barycentric: closest.barycentric,
+            closest_point: closest.point,
+            normal,
+            weight: point.weight,
+            cell: point.cell,
+            small_component: point.small_component,
+        })
     }
 }
 
-/// Geman-McClure weights about the median miss of each point's neighbourhood: a point that
-/// disagrees with its neighbours is an outlier, a region that disagrees with the surface is news.
-/// A region that disagrees within itself by more than `calm_mm` (ears, hair) is no measurement of
-/// this surface yet, and counts little.
-/// What hardly counts goes, as there may be nothing better to hold against it.
-fn forget_outliers(found: &mut Vec<Found>, calm_mm: f64) {
-    let miss = |f: &Found| f.normal.dot(&(f.data - f.foot));
-    let count = found.iter().map(|f| f.cell as usize + 1).max().unwrap_or(0);
-    let mut cells = vec![Vec::new(); count];
-    found.iter().for_each(|f| cells[f.cell as usize].push(miss(f)));
-    let all: Vec<f64> = found.iter().map(miss).collect();
-    let everywhere = mad(&all).unwrap_or_default();
-    let local: Vec<(f64, f64)> = cells
+/// Multiplies the weights by Geman-McClure weights about the median residual of each point's
+/// neighbourhood, and drops the matches that hardly count. A point that disagrees with its
+/// neighbours is an outlier; a region that disagrees with the surface must move it. A region with a
+/// larger spread than `max_local_spread_mm` (ears, hair) does not measure this surface yet, and
+/// counts little.
+fn weight_by_neighbourhood(matches: &mut Vec<SurfaceMatch>, max_local_spread_mm: f64) {
+    let cells = matches.iter().map(|m| m.cell as usize + 1).max().unwrap_or(0);
+    let mut residuals = vec![Vec::new(); cells];
+    matches.iter().for_each(|m| residuals[m.cell as usize].push(m.residual()));
+    let all: Vec<f64> = matches.iter().map(SurfaceMatch::residual).collect();
+    let overall_spread = mad(&all).unwrap_or_default();
+    let local: Vec<(f64, f64)> = residuals
         .iter()
-        .map(|cell| match (median(cell), mad(cell)) {
-            (Some(middle), Some(spread)) if cell.len() >= 7 => (middle, spread),
-            _ => (0.0, everywhere),
+        .map(|list| match (median(list), mad(list)) {
+            (Some(centre), Some(spread)) if list.len() >= MIN_NEIGHBOURHOOD => (centre, spread),
+            _ => (0.0, overall_spread),
         })
         .collect();
-    found.retain_mut(|f| {
-        let (middle, spread) = local[f.cell as usize];
-        let width = WIDTH * spread.max(FLOOR_MM);
-        let calm = (1.0 + (spread / calm_mm).powi(2)).powi(-2);
-        let trust = calm * (1.0 + ((miss(f) - middle) / width).powi(2)).powi(-2);
-        f.weight *= trust;
-        trust > LEAST_TRUST
+    matches.retain_mut(|m| {
+        let (centre, spread) = local[m.cell as usize];
+        let width = WEIGHT_WIDTH * spread.max(MIN_SPREAD_MM);
+        let of_region = (1.0 + (spread / max_local_spread_mm).powi(2)).powi(-2);
+        let robust = of_region * (1.0 + ((m.residual() - centre) / width).powi(2)).powi(-2);
+        m.weight *= robust;
+        robust > MIN_ROBUST_WEIGHT
     });
 }
 
-/// Points trusted less are left out.
-const LEAST_TRUST: f64 = 0.05;
+#[cfg(test)]
+mod tests {
+    use super::super::measured_points::thin_over_list;
+    use super::super::surface_match::fixtures::sheet;
+    use super::*;
+    use crate::data::Cloud;
 
-/// Width of the weights in standard deviations of the neighbourhood.
-const WIDTH: f64 = 2.5;
-/// Least standard deviation of a neighbourhood, mm.
-const FLOOR_MM: f64 = 0.06;
-
-/// The matches as pairs for a rigid or similarity step.
-pub(super) fn planes(found: &[Found]) -> Vec<PlanePair> {
-    found
-        .iter()
-        .map(|f| PlanePair { point: f.data, foot: f.foot, normal: f.normal, weight: f.weight })
-        .collect()
-}
-
-/// Weighted RMS distance along the normals to the same places on a moved mesh.
-pub(super) fn plane_rms(found: &[Found], mesh: &Mesh) -> f64 {
-    let (mut sum, mut weight) = (0.0, 1e-300);
-    for f in found {
-        let foot: Vec3 = (0..3).map(|k| mesh.vertices[f.corners[k]] * f.barycentric[k]).sum();
-        sum += f.weight * f.normal.dot(&(f.data - foot)).powi(2);
-        weight += f.weight;
+    /// Points 0.5 mm above the vertices of a sheet, with noise up to `noise_mm`.
+    fn points_above(mesh: &Mesh, noise_mm: f64) -> Vec<MeasuredPoint> {
+        let noise = |i: usize| noise_mm * (i as f64 * 12.9898).sin();
+        let lifted = |(i, p): (usize, &Vec3)| p + Vec3::new(0.1, 0.1, 0.5 + noise(i));
+        let cloud = Cloud::from_points(mesh.vertices.iter().enumerate().map(lifted).collect());
+        thin_over_list(&MeasuredPoint::from_cloud(&cloud, 0.1), 100_000)
     }
-    (sum / weight).sqrt()
-}
 
-/// Area of the faces that carry matches or touch one that does, mm^2: with it a sum over points
-/// becomes an integral over the surface, whatever their density.
-pub(super) fn covered_area(mesh: &Mesh, found: &[Found]) -> f64 {
-    let mut near = vec![false; mesh.vertices.len()];
-    found.iter().flat_map(|f| f.corners).for_each(|v| near[v] = true);
-    let covered = |f: &&[u32; 3]| f.iter().all(|&v| near[v as usize]);
-    mesh.faces.iter().filter(covered).map(|f| area(mesh, f)).sum()
-}
+    fn find(points: &[MeasuredPoint], params: &NicpParams) -> Vec<SurfaceMatch> {
+        let mesh = sheet(30, 1.0);
+        let limits = MatchLimits::new(&mesh, params);
+        Matcher::new(&mesh, &limits).unwrap().find(points, 10.0, 1.0)
+    }
 
-/// Area of one face.
-pub(super) fn area(mesh: &Mesh, face: &[u32; 3]) -> f64 {
-    let [a, b, c] = face.map(|i| mesh.vertices[i as usize]);
-    (b - a).cross(&(c - a)).norm() / 2.0
+    #[test]
+    fn points_at_an_open_border_or_with_another_normal_are_not_matched() {
+        let mesh = sheet(30, 1.0);
+        let mut points = points_above(&mesh, 0.02);
+        let params = NicpParams::default();
+        let matches = find(&points, &params);
+        assert!(matches.iter().all(|m| m.corners.iter().all(|&v| {
+            let p = mesh.vertices[v];
+            (3.0..=26.0).contains(&p.x) && (3.0..=26.0).contains(&p.y)
+        })));
+        assert!(matches.len() > 400, "{}", matches.len());
+        assert!(find(&points, &NicpParams { border_rings: 0, ..params.clone() }).len() > 800);
+
+        let tilt = |degrees: f64| {
+            let t = degrees.to_radians();
+            Vec3::new(t.sin(), 0.0, t.cos())
+        };
+        points.iter_mut().for_each(|p| p.normal = tilt(50.0));
+        assert_eq!(find(&points, &params).len(), matches.len());
+        points.iter_mut().for_each(|p| p.normal = tilt(62.0));
+        assert!(find(&points, &params).is_empty());
+        // at 20 mm the limit is half as wide
+        let limits = MatchLimits::new(&mesh, &params);
+        assert!((limits.min_cosine(20.0) - 30f64.to_radians().cos()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_outlier_is_dropped_and_a_displaced_region_is_not() {
+        let mesh = sheet(30, 1.0);
+        let mut points = points_above(&mesh, 0.02);
+        let inside = 15 * 30 + 15;
+        points[inside].position.z += 4.0;
+        let matches = find(&points, &NicpParams::default());
+        let at = |p: &Vec3| matches.iter().find(|m| m.data == *p);
+        assert!(at(&points[inside].position).is_none());
+        // all others lie 0.5 mm above the surface, which is no reason to drop them
+        assert!(at(&points[inside + 1].position).unwrap().weight > 0.5);
+    }
+
+    #[test]
+    fn a_region_without_agreement_counts_little() {
+        let mesh = sheet(30, 1.0);
+        let weight = |noise_mm: f64| {
+            let matches = find(&points_above(&mesh, noise_mm), &NicpParams::default());
+            matches.iter().map(|m| m.weight).sum::<f64>() / matches.len().max(1) as f64
+        };
+        let (firm, loose) = (weight(0.02), weight(1.5));
+        assert!(firm > 3.0 * loose, "{firm} {loose}");
+    }
 }

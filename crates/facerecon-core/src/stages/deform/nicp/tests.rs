@@ -7,8 +7,8 @@ fn nicp() -> DeformParams {
     DeformParams { method: DeformMethod::Nicp, ..Default::default() }
 }
 
-/// Another head: larger, bent smoothly by some millimetres, and with a bump of 12 mm width that no
-/// vertex spacing of the template resolves well.
+/// Another head: larger, bent smoothly by some millimetres, and with a bump 12 mm wide that the
+/// vertices of the template do not resolve.
 fn subject(template: &Mesh) -> Mesh {
     let bent = |p: &Vec3| {
         let q = p * 1.05;
@@ -49,12 +49,12 @@ fn scan(truth: &Mesh, wrong: usize) -> Cloud {
 }
 
 fn fit(template: &Mesh, data: &Cloud) -> Deformed {
-    let input = DeformInput { template, data, assignments: &[], features: &[] };
+    let input = DeformInput { template, data, assignments: &[], landmarks: &[] };
     deform(&input, &nicp(), &()).unwrap()
 }
 
 #[test]
-fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
+fn a_scanned_head_is_fitted_without_spikes_and_the_rest_keeps_its_shape() {
     let template = crate::template::head().mesh;
     let truth = subject(&template);
     let data = scan(&truth, 20); // 5 % wrong points
@@ -71,7 +71,7 @@ fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
     assert!(median < 0.1, "median {median}");
     assert!(p99 < 1.0, "p99 {p99}");
 
-    // no vertex stands out: each measured vertex lies near the truth
+    // no spikes: each measured vertex lies near the truth
     let true_index = SurfaceIndex::new(&truth).unwrap();
     let normals = fitted.mesh.vertex_normals();
     let off: Vec<f64> = (0..fitted.mesh.vertices.len())
@@ -82,7 +82,7 @@ fn a_scanned_head_is_met_without_spikes_and_the_rest_stays_a_head() {
     assert!(off.len() > 3000);
     assert!(percentile(&off, 0.99).unwrap() < 1.0, "{:?}", percentile(&off, 0.99));
 
-    // the back of the head, never seen: of the subject's size within some millimetres, and smooth
+    // the back of the head, without data: of the subject's size within some millimetres, and smooth
     let back: Vec<f64> = (0..template.vertices.len())
         .filter(|&v| template.vertices[v].z < -40.0 && template.vertices[v].y > 0.0)
         .map(|v| (fitted.mesh.vertices[v] - truth.vertices[v]).norm())
@@ -112,10 +112,10 @@ fn apart(one: &Mesh, other: &Mesh, chosen: impl Fn(&Vec3) -> bool) -> f64 {
 }
 
 #[test]
-fn the_unseen_neck_stays_round() {
+fn the_neck_without_data_stays_round() {
     let template = crate::template::head().mesh;
-    // the jaw slopes away from the template's, by 12 mm in the end: a plate alone would go on
-    // to 40 mm at the border
+    // the jaw slopes away from the template's by up to 12 mm: a plate alone would continue to 40 mm
+    // at the border
     let sloped = |p: &Vec3| {
         let low = (-60.0 - p.y).clamp(0.0, 40.0);
         p + Vec3::new(0.0, 0.0, if p.z > 0.0 { 0.3 * low } else { 0.0 })
@@ -138,9 +138,9 @@ fn the_unseen_neck_stays_round() {
 }
 
 #[test]
-fn a_lower_nose_is_not_pinched() {
+fn a_lower_nose_keeps_its_width() {
     let template = crate::template::head().mesh;
-    // all of the nose's height above the cheeks shrinks nearly by half
+    // the nose's height above the cheeks shrinks by 45 %
     let tip = template.vertices.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
     let (top, cheek) = (tip.y, tip.z - 28.0);
     let lower = |p: &Vec3| {
@@ -163,17 +163,17 @@ fn a_lower_nose_is_not_pinched() {
 }
 
 #[test]
-fn a_stray_piece_of_data_does_not_bulge_the_scalp() {
+fn a_stray_component_of_the_data_does_not_move_the_scalp() {
     let template = crate::template::head().mesh;
-    // nothing is seen above the forehead but one patch, 9 mm off the head
+    // above the forehead there is only one patch of data, 9 mm off the head
     let whole = scan(&subject(&template), usize::MAX);
     let mut clean = Cloud::default();
     let mut stray = Cloud::default();
     for (p, n) in whole.points.iter().zip(&whole.normals) {
         let patch = (70.0..95.0).contains(&p.y) && p.x.abs() < 18.0;
-        let (to, place) = if patch { (&mut stray, p + n * 9.0) } else { (&mut clean, *p) };
+        let (to, position) = if patch { (&mut stray, p + n * 9.0) } else { (&mut clean, *p) };
         if patch || p.y < 55.0 {
-            to.points.push(place);
+            to.points.push(position);
             to.normals.push(*n);
             to.sigmas.push(0.1);
         }
@@ -188,7 +188,7 @@ fn a_stray_piece_of_data_does_not_bulge_the_scalp() {
 }
 
 #[test]
-fn texture_coordinates_survive_the_subdivision_and_runs_are_equal() {
+fn subdivision_keeps_texture_coordinates_and_threads_do_not_change_the_result() {
     let template = crate::template::head().mesh;
     let data = scan(&subject(&template), 25);
     let fitted = fit(&template, &data);
@@ -204,7 +204,7 @@ fn texture_coordinates_survive_the_subdivision_and_runs_are_equal() {
     assert!((area(&fitted.mesh) - area(&template)).abs() < 1e-9);
     let topology = Topology::new(&fitted.mesh);
     assert_eq!(topology.non_manifold_edges, 0);
-    // an inner edge left hanging would be a new border
+    // an edge split on one side only would be a new border
     let borders = |t: &Topology| t.border.iter().filter(|b| **b).count();
     assert_eq!(borders(&topology), borders(&Topology::new(&template)));
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -213,10 +213,10 @@ fn texture_coordinates_survive_the_subdivision_and_runs_are_equal() {
 }
 
 #[test]
-fn nothing_to_fit_is_refused() {
+fn data_that_cannot_be_fitted_are_refused() {
     let template = crate::template::head().mesh;
     let far = Cloud::from_points(vec![Vec3::new(900.0, 0.0, 0.0); 200]);
-    let input = DeformInput { template: &template, data: &far, assignments: &[], features: &[] };
+    let input = DeformInput { template: &template, data: &far, assignments: &[], landmarks: &[] };
     let error = deform(&input, &nicp(), &()).unwrap_err();
     assert!(matches!(error, DeformError::TooFew { got: 0, .. }), "{error}");
     let nan = Cloud::from_points(vec![Vec3::repeat(f64::NAN); 200]);

@@ -1,7 +1,7 @@
 //! Row differences of a calibrated rig whose right camera has moved slightly.
 
 use super::corners::CornerPair;
-use crate::math::{Mat3, Vec2, Vec3, median};
+use crate::math::{Vec2, fit_plane_robust, median};
 
 /// Rounds of reweighting; the first [`WIDE_ROUNDS`] of them with the wide weights.
 const ROUNDS: usize = 12;
@@ -30,23 +30,12 @@ impl RowAffine {
     /// the row of any corner by at least `least_px`; otherwise noise would tilt the rows.
     pub(super) fn fit(corners: &[CornerPair], centre: Vec2, least_px: f64) -> Option<Self> {
         let differences: Vec<f64> = corners.iter().map(|s| s.right.y - s.left.y).collect();
-        let mut fit = Self { centre, offset: median(&differences)?, roll: 0.0, scale: 0.0 };
-        for round in 0..ROUNDS {
-            let width = WEIGHT_PX[usize::from(round >= WIDE_ROUNDS)];
-            let (mut normal, mut right) = (Mat3::zeros(), Vec3::zeros());
-            for s in corners {
-                let dy = s.right.y - s.left.y;
-                let weight = 1.0 / (1.0 + ((dy - fit.at(s.right)) / width).powi(2));
-                let d = s.right - centre;
-                let j = Vec3::new(1.0, d.x, d.y);
-                normal += weight * j * j.transpose();
-                right += weight * dy * j;
-            }
-            // keeps the equations solvable; negligible against the sums of squared pixels
-            normal += Mat3::from_diagonal(&Vec3::new(1e-9, 1.0, 1.0));
-            let p = normal.try_inverse()? * right;
-            (fit.offset, fit.roll, fit.scale) = (p.x, p.y, p.z);
-        }
+        let sample = |s: &CornerPair| (s.right - centre, s.right.y - s.left.y);
+        let samples: Vec<(Vec2, f64)> = corners.iter().map(sample).collect();
+        let width = |round: usize| WEIGHT_PX[usize::from(round >= WIDE_ROUNDS)];
+        let widths: [f64; ROUNDS] = std::array::from_fn(width);
+        let [offset, roll, scale] = fit_plane_robust(&samples, &widths)?;
+        let mut fit = Self { centre, offset, roll, scale };
         let extent = |f: &dyn Fn(&CornerPair) -> f64| corners.iter().map(f).fold(0.0, f64::max);
         let across = extent(&|s| (s.right.x - centre.x).abs()) * fit.roll.abs();
         let down = extent(&|s| (s.right.y - centre.y).abs()) * fit.scale.abs();

@@ -8,7 +8,7 @@ fn robust() -> RegisterParams {
     RegisterParams { method: RegisterMethod::Robust, ..Default::default() }
 }
 
-/// The front of the built-in head in a camera's frame, with noise and every `wrong`th point off.
+/// The front of the built-in head in the camera frame, with noise; every `wrong`th point is an outlier.
 fn measured(model: &Mesh, camera_from_model: &Similarity, wrong: usize) -> Cloud {
     let normals = model.vertex_normals();
     let mut cloud = Cloud::default();
@@ -34,7 +34,7 @@ fn pose(yaw: f64, pitch: f64, roll: f64) -> Similarity {
 }
 
 #[test]
-fn turned_heads_are_found_without_landmarks_and_keep_their_millimetres() {
+fn turned_heads_are_registered_without_landmarks_and_without_scale() {
     let model = crate::template::head().mesh;
     for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (38.0, 5.0, -8.0), (-35.0, -15.0, 10.0)] {
         let truth = pose(yaw, pitch, roll);
@@ -43,7 +43,7 @@ fn turned_heads_are_found_without_landmarks_and_keep_their_millimetres() {
             data: &data,
             model: &model,
             coarse: None,
-            features: &[],
+            landmarks: &[],
             frame: CloudFrame::Metric,
         };
         let found = register(&input, &robust(), &()).unwrap();
@@ -75,7 +75,7 @@ fn without_a_rig_the_scale_is_found_too() {
         data: &data,
         model: &model,
         coarse: None,
-        features: &[],
+        landmarks: &[],
         frame: CloudFrame::Model,
     };
     let found = register(&input, &robust(), &()).unwrap();
@@ -83,7 +83,7 @@ fn without_a_rig_the_scale_is_found_too() {
 }
 
 #[test]
-fn what_is_no_head_is_refused() {
+fn points_that_are_not_a_head_are_rejected() {
     let model = crate::template::head().mesh;
     // a cube-shaped cloud two metres wide
     let points: Vec<Vec3> = (0..3000)
@@ -97,7 +97,7 @@ fn what_is_no_head_is_refused() {
         data: &data,
         model: &model,
         coarse: None,
-        features: &[],
+        landmarks: &[],
         frame: CloudFrame::Metric,
     };
     let error = register(&input, &robust(), &()).unwrap_err();

@@ -18,7 +18,7 @@ use super::super::params::ProjectiveParams;
 use super::posed_camera::PosedCamera;
 use super::visibility::Visibility;
 use crate::data::Mesh;
-use crate::math::{Similarity, Vec3};
+use crate::math::{Similarity, Vec3, interpolate};
 use crate::render::NO_FACE;
 use comparison::Comparison;
 use equations::NormalEquations;
@@ -156,9 +156,8 @@ fn common_points(
         if face == NO_FACE || f64::from(left.edge_px.data()[index]) < margin_px {
             continue;
         }
-        let weights = left.barycentric.data()[index];
-        let corners = mesh.corners(face as usize);
-        let point: Vec3 = (0..3).map(|k| corners[k] * f64::from(weights[k])).sum();
+        let weights = left.barycentric.data()[index].map(f64::from);
+        let point = interpolate(mesh.corners(face as usize), weights);
         let Some((pixel, depth)) = cameras[1].project(&point) else { continue };
         let Some((behind, edge_px)) = right.behind(pixel, depth) else { continue };
         if behind.abs() < VISIBLE_MM && edge_px > margin_px {

@@ -43,7 +43,7 @@ fn photo(mesh: &Mesh, pose: &Similarity, gain: f64) -> Rgb {
         }
         let corners = mesh.corners(face as usize);
         let w = seen.barycentric.at(x, y);
-        let p: Vec3 = (0..3).map(|k| corners[k] * f64::from(w[k])).sum();
+        let p = crate::math::interpolate(corners, w.map(f64::from));
         skin(&p).map(|v| {
             let linear = crate::render::linear_from_srgb(v.round() as u8) * gain;
             crate::render::srgb_from_linear(linear).round() as u8

@@ -3,7 +3,7 @@
 use super::super::error::TextureError;
 use crate::camera::Pinhole;
 use crate::data::{Mesh, Raster};
-use crate::math::{Similarity, Vec2, Vec3};
+use crate::math::{Similarity, Vec2, Vec3, interpolate};
 use crate::render::{NO_FACE, rasterize};
 
 /// The texels of a square texture of `size`.
@@ -44,15 +44,14 @@ impl<'a> Texels<'a> {
     /// Position and unit normal of a texel, mesh frame; `None` off the mesh.
     pub fn point(&self, index: usize) -> Option<(Vec3, Vec3)> {
         let (corners, weights) = self.corners(index)?;
-        let mix = |list: &[Vec3]| -> Vec3 { (0..3).map(|k| list[corners[k]] * weights[k]).sum() };
+        let mix = |list: &[Vec3]| interpolate(corners.map(|v| list[v]), weights);
         Some((mix(&self.mesh.vertices), mix(&self.normals).try_normalize(1e-12)?))
     }
 
     /// Position of a texel, mesh frame; `None` off the mesh.
     #[inline]
     pub fn position(&self, index: usize) -> Option<Vec3> {
-        let (corners, w) = self.corners(index)?;
-        let v = &self.mesh.vertices;
-        Some(v[corners[0]] * w[0] + v[corners[1]] * w[1] + v[corners[2]] * w[2])
+        let (corners, weights) = self.corners(index)?;
+        Some(interpolate(corners.map(|v| self.mesh.vertices[v]), weights))
     }
 }

@@ -1,4 +1,4 @@
-//! One data point a vertex: the elimination of multiple matches (thesis section 3.2).
+//! One data point for each vertex: the elimination of multiple matches (thesis section 3.2).
 
 use rayon::prelude::*;
 
@@ -7,17 +7,25 @@ use crate::math::Vec3;
 
 /// Matches every point to its closest vertex (Eq. 3.1) and averages the points that share one, so
 /// that each vertex keeps a single data point: `(vertex, mean of its points)`, by vertex number.
-/// Pairs farther apart than `reach` are left out, and so is everything when there is no vertex or a
-/// coordinate is not finite.
+/// Pairs farther apart than `max_distance` are left out. Empty without vertices, or when a vertex
+/// is not finite; points that are not finite are left out.
+///
+/// ```
+/// use facerecon_core::{math::Vec3, spatial::eliminate_multiple};
+/// let vertices = [Vec3::zeros(), Vec3::x() * 10.0];
+/// let points = [Vec3::x() * 9.0, Vec3::x() * 12.0];
+/// let assignments = eliminate_multiple(&points, &vertices, None);
+/// assert_eq!(assignments, [(1, Vec3::x() * 10.5)]);
+/// ```
 pub fn eliminate_multiple(
     points: &[Vec3],
     vertices: &[Vec3],
-    reach: Option<f64>,
+    max_distance: Option<f64>,
 ) -> Vec<(usize, Vec3)> {
     let Some(index) = PointIndex::<3>::new(vertices) else {
         return Vec::new();
     };
-    let limit = reach.unwrap_or(f64::INFINITY);
+    let limit = max_distance.unwrap_or(f64::INFINITY);
     let mut pairs: Vec<(usize, usize)> = points
         .par_iter()
         .enumerate()
@@ -41,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_of_one_vertex_become_their_mean() {
+    fn points_of_one_vertex_are_averaged() {
         let vertices = [Vec3::zeros(), Vec3::new(10.0, 0.0, 0.0), Vec3::new(0.0, 10.0, 0.0)];
         let points = [
             Vec3::new(9.0, 1.0, 0.0),

@@ -1,0 +1,23 @@
+//! What is registered.
+
+use crate::data::{Cloud, CloudFrame, Mesh};
+use crate::math::Vec3;
+
+/// Fewest points from which a pose is estimated: four times as many as a similarity needs.
+pub(super) const MIN_POINTS: usize = 12;
+
+/// The measured points and the generic head.
+#[derive(Clone, Copy, Debug)]
+pub struct RegisterInput<'a> {
+    /// The measured points, in the unit and frame that `frame` says.
+    pub data: &'a Cloud,
+    /// The generic head, model frame, millimetres.
+    pub model: &'a Mesh,
+    /// The same head with fewer vertices.
+    pub coarse: Option<&'a Mesh>,
+    /// Landmarks as `(measured, on the model)`.
+    pub landmarks: &'a [(Vec3, Vec3)],
+    /// Frame of the points. Points in millimetres keep their size, others are scaled to the
+    /// model's.
+    pub frame: CloudFrame,
+}
