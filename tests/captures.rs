@@ -9,9 +9,9 @@ mod truth;
 
 use std::path::PathBuf;
 
+use facerecon_core::Params;
 use facerecon_core::io::capture::read_capture;
-use facerecon_core::pipeline::Params;
-use facerecon_core::pipeline::reconstruct;
+use facerecon_core::reconstruct;
 use facerecon_core::render::Frame;
 use facerecon_core::{output, template};
 

@@ -11,12 +11,12 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
+use facerecon_core::Params;
 use facerecon_core::data::{Capture, Cloud, LANDMARKS, Pair};
 use facerecon_core::io;
 use facerecon_core::math::{Vec2, Vec3};
-use facerecon_core::pipeline::Params;
-use facerecon_core::pipeline::{Reconstruction, reconstruct};
 use facerecon_core::render::Frame;
+use facerecon_core::{Reconstruction, reconstruct};
 use facerecon_core::{output, template};
 
 /// The stored meshes hold every 11th vertex, to keep them small.

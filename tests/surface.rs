@@ -10,10 +10,10 @@ mod cli;
 mod truth;
 
 use cli::Bench;
+use facerecon_core::Params;
 use facerecon_core::data::Topology;
 use facerecon_core::io;
-use facerecon_core::pipeline::Params;
-use facerecon_core::pipeline::reconstruct;
+use facerecon_core::reconstruct;
 use facerecon_core::render::Frame;
 use facerecon_core::template;
 use serde_json::Value;

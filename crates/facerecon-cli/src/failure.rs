@@ -1,6 +1,6 @@
 //! Why a command failed, and its exit code.
 
-use facerecon_core::pipeline::Error;
+use facerecon_core::Error;
 
 /// Why a command failed.
 pub(crate) enum Failure {

@@ -5,9 +5,8 @@
 use std::sync::OnceLock;
 
 use divan::Bencher;
+use facerecon_core::Params;
 use facerecon_core::data::{Capture, Cloud, CloudFrame, Mesh};
-use facerecon_core::pipeline::Params;
-use facerecon_core::pipeline::{Reconstruction, reconstruct, single_stage};
 use facerecon_core::render::Frame;
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::deform::{DeformInput, deform};
@@ -21,6 +20,7 @@ use facerecon_core::stages::triangulate::triangulate;
 use facerecon_core::synthetic::Person;
 use facerecon_core::synthetic::simulate::{SimulateParams, Simulated, simulate};
 use facerecon_core::template::{self, Template};
+use facerecon_core::{Reconstruction, reconstruct, single_stage};
 
 /// Widths of the photos; the number of dots grows with their area.
 const WIDTHS: [usize; 3] = [512, 768, 1152];

@@ -56,6 +56,4 @@ pub mod stages;
 pub mod synthetic;
 pub mod template;
 
-pub use pipeline::{
-    Error, FaceSize, Params, Profile, Reconstruction, reconstruct, single_stage,
-};
+pub use pipeline::{Error, FaceSize, Params, Profile, Reconstruction, reconstruct, single_stage};

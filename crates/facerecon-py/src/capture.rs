@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use facerecon_core::Error;
 use facerecon_core::camera::{Distortion, Pinhole, StereoRig};
 use facerecon_core::data::{Capture as CoreCapture, ExtraPhoto, Pair, Pattern, PatternKind, Seeds};
 use facerecon_core::io;
 use facerecon_core::math::{Mat3, Similarity, Vec2, Vec3};
-use facerecon_core::pipeline::Error;
 use numpy::PyArray3;
 use pyo3::prelude::*;
 

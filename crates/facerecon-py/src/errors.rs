@@ -2,7 +2,7 @@
 
 use std::error::Error as _;
 
-use facerecon_core::pipeline::Error;
+use facerecon_core::Error;
 use pyo3::prelude::*;
 
 /// The exception for an error: the class follows from the stage, the message holds all causes.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use facerecon_core::evaluate::{CompareParams, MeshRegion, compare as run_compare};
-use facerecon_core::pipeline::{Error, Params, check_capture};
+use facerecon_core::{Error, Params, check_capture};
 use facerecon_core::render::{Heat, Mode, Scene, View, contact_sheet};
 use facerecon_core::synthetic::Person;
 use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};

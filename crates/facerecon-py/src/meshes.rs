@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use facerecon_core::Error;
 use facerecon_core::io;
-use facerecon_core::pipeline::Error;
 use facerecon_core::template::{self, Template as CoreTemplate};
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;

@@ -1,6 +1,6 @@
 //! Parameters of the pipeline, and those of `simulate`, `pattern`, `check` and `compare`.
 
-use facerecon_core::pipeline::Params as CoreParams;
+use facerecon_core::Params as CoreParams;
 use facerecon_core::settings::{self, SettingsError, Value};
 use pyo3::prelude::*;
 use serde::Serialize;

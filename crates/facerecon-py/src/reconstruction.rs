@@ -3,17 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use facerecon_core::Error;
 use facerecon_core::data::Capture as CoreCapture;
 use facerecon_core::math::Similarity;
 use facerecon_core::observer::Observer;
 use facerecon_core::output::batch::{self, Outcome};
 use facerecon_core::output::{Kept, Record, Recorder};
-use facerecon_core::pipeline::Error;
-use facerecon_core::pipeline::{
-    Reconstruction as Found, reconstruct as run_pipeline, single_stage,
-};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template as CoreTemplate;
+use facerecon_core::{Reconstruction as Found, reconstruct as run_pipeline, single_stage};
 use facerecon_core::{
     output::{self, report},
     template,

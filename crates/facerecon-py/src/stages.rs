@@ -1,11 +1,11 @@
 //! Single stages on arrays.
 
+use facerecon_core::Error;
 use facerecon_core::data::{Cloud, CloudFrame, Gray};
 use facerecon_core::math::Vec3;
 use facerecon_core::observer::Observer;
 use facerecon_core::output::registration_json;
-use facerecon_core::pipeline::Error;
-use facerecon_core::pipeline::single_stage;
+use facerecon_core::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::deform::{DeformInput, deform as run_deform};
 use facerecon_core::stages::detect::{DetectMethod, DetectParams, detect as run_detect};

@@ -4,8 +4,8 @@ use std::ffi::CString;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use facerecon_core::Error;
 use facerecon_core::observer::{Artifact, Event, Observer};
-use facerecon_core::pipeline::Error;
 use pyo3::prelude::*;
 
 use crate::errors::to_py;

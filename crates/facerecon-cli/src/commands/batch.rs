@@ -1,8 +1,8 @@
 //! `facerecon batch`: many captures; resumable; a failure does not stop the others.
 
+use facerecon_core::Error;
 use facerecon_core::io;
 use facerecon_core::output::batch::{self, Outcome, Status};
-use facerecon_core::pipeline::Error;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use facerecon_core::Error;
 use facerecon_core::io;
 use facerecon_core::math::Similarity;
 use facerecon_core::output;
-use facerecon_core::pipeline::Error;
 use facerecon_core::stages::register::Registration;
 use serde::{Deserialize, Deserializer};
 use serde_json::{Value, json};

@@ -1,13 +1,13 @@
 //! `facerecon reconstruct`.
 
+use facerecon_core::Params;
 use facerecon_core::data::Capture;
 use facerecon_core::observer::Observer;
 use facerecon_core::output::{self, report};
 use facerecon_core::output::{Record, Recorder};
-use facerecon_core::pipeline::Params;
-use facerecon_core::pipeline::{Reconstruction, reconstruct as run_pipeline};
 use facerecon_core::render::Frame;
 use facerecon_core::template::Template;
+use facerecon_core::{Reconstruction, reconstruct as run_pipeline};
 
 use super::shared::{reconstruction_params, require_folder_path, to_json};
 use super::{capture, template};

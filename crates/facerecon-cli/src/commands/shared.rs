@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use facerecon_core::Params;
 use facerecon_core::io::IoError;
-use facerecon_core::pipeline::Params;
 
 use crate::args::{ParamArgs, ShapeArgs};
 use crate::failure::Failure;

@@ -5,8 +5,7 @@ use std::path::Path;
 use facerecon_core::data::{CloudFrame, Rgb};
 use facerecon_core::math::{Similarity, Vec3};
 use facerecon_core::output::report::marks;
-use facerecon_core::pipeline::single_stage;
-use facerecon_core::pipeline::{Params, Profile};
+use facerecon_core::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
 use facerecon_core::stages::detect::{self, DetectMethod};
 use facerecon_core::stages::register::RegisterInput;
@@ -15,6 +14,7 @@ use facerecon_core::stages::{
     smooth as smooth_stage,
 };
 use facerecon_core::template::Template;
+use facerecon_core::{Params, Profile};
 use facerecon_core::{io, output};
 use serde_json::json;
 
