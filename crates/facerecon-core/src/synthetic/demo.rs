@@ -37,7 +37,7 @@ pub struct Demo {
 /// use facerecon_core::{pipeline::Params, synthetic::demo::demo};
 /// let demo = demo(1, &Params::default(), &())?;
 /// assert!(demo.error.median_mm < 0.5);
-/// # Ok::<(), facerecon_core::pipeline::Error>(())
+/// # Ok::<(), facerecon_core::Error>(())
 /// ```
 ///
 /// # Errors
