@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use facerecon_core::evaluate::{CompareParams, MeshRegion, compare as run_compare};
-use facerecon_core::{Error, Params, check_capture};
 use facerecon_core::render::{Heat, Mode, Scene, View, contact_sheet};
 use facerecon_core::synthetic::Person;
 use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
 use facerecon_core::synthetic::simulate::{
     SimulateParams, Simulated, Subject, simulate as take_photos, write_simulated,
 };
+use facerecon_core::{Error, Params, check_capture};
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 

@@ -6,8 +6,8 @@ use facerecon_core::io::capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture_with,
 };
 use facerecon_core::io::{IoError, atomic};
-use facerecon_core::{Params, check_capture};
 use facerecon_core::stages::check::Verdict;
+use facerecon_core::{Params, check_capture};
 use serde_json::json;
 
 use super::shared::to_json;
