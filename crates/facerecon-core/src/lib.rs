@@ -56,4 +56,6 @@ pub mod stages;
 pub mod synthetic;
 pub mod template;
 
-pub use pipeline::{Error, FaceSize, Params, Profile, Reconstruction, reconstruct, single_stage};
+pub use pipeline::{
+    Error, FaceSize, Params, Profile, Reconstruction, check_capture, reconstruct, single_stage,
+};
