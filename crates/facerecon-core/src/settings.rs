@@ -1,4 +1,4 @@
-//! Parameters declared once: a struct declared with [`crate::settings!`] carries its defaults,
+//! Parameters declared once: a struct declared with [`settings!`] carries its defaults,
 //! ranges, units and documentation; the TOML file, the command line and Python are derived from it.
 
 mod keys;
@@ -18,21 +18,15 @@ pub use value::Value;
 /// derives serde (missing fields take their default, unknown ones are refused), `Default`, and the
 /// documentation and range checks of [`Value`](crate::settings::Value).
 ///
-/// ```
-/// facerecon_core::settings! {
+/// ```ignore
+/// settings! {
 ///     /// Smoothing of a signal.
 ///     pub struct SmoothingParams {
 ///         /// Standard deviation of the kernel.
 ///         sigma_px: f64 = 1.5, range 0.0..=20.0, unit "px", alias "width_px";
 ///     }
 /// }
-///
-/// let mut table = toml::Table::new();
-/// facerecon_core::settings::set::<SmoothingParams>(&mut table, "width_px", "2.5").unwrap();
-/// let params: SmoothingParams = facerecon_core::settings::from_table(table).unwrap();
-/// assert_eq!(params.sigma_px, 2.5);
 /// ```
-#[macro_export]
 macro_rules! settings {
     (
         $(#[doc = $doc:literal])*
@@ -66,10 +60,10 @@ macro_rules! settings {
                 $crate::settings::Kind::Group(vec![$(
                     $crate::settings::Field {
                         name: stringify!($field),
-                        alias: $crate::settings!(@text $($alias)?),
+                        alias: $crate::settings::settings!(@text $($alias)?),
                         doc: [$($fdoc),*].map(str::trim).join("\n"),
-                        unit: $crate::settings!(@text $($unit)?),
-                        range: $crate::settings!(@range $($range)?),
+                        unit: $crate::settings::settings!(@text $($unit)?),
+                        range: $crate::settings::settings!(@range $($range)?),
                         kind: <$ty as $crate::settings::Value>::kind(),
                     },
                 )*])
@@ -81,7 +75,7 @@ macro_rules! settings {
             ) -> Result<(), $crate::settings::SettingsError> {
                 let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
                 $(
-                    let range: Option<std::ops::RangeInclusive<f64>> = $crate::settings!(@range $($range)?);
+                    let range: Option<std::ops::RangeInclusive<f64>> = $crate::settings::settings!(@range $($range)?);
                     $crate::settings::Value::check(
                         &self.$field, &format!("{prefix}{}", stringify!($field)), range.as_ref())?;
                 )*
@@ -97,7 +91,6 @@ macro_rules! settings {
 
 /// Declares an enum of named choices for a [`settings!`] field: `Variant = "name",` with doc
 /// comments that say what the choice means. The names are those of serde, `Display` and `from_name`.
-#[macro_export]
 macro_rules! choices {
     (
         $(#[doc = $doc:literal])*
@@ -154,6 +147,9 @@ macro_rules! choices {
         }
     };
 }
+
+pub(crate) use choices;
+pub(crate) use settings;
 
 #[cfg(test)]
 mod tests {

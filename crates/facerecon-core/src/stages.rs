@@ -15,4 +15,5 @@ pub mod surface;
 pub mod texture;
 pub mod triangulate;
 
+pub(crate) use error::stage_error;
 pub use error::{ErrorKind, StageError};

@@ -25,7 +25,7 @@ impl Photo {
     }
 }
 
-crate::choices! {
+crate::settings::choices! {
     /// The kind of a projected pattern.
     pub enum PatternKind {
         /// A regular lattice of dots.

@@ -1,6 +1,6 @@
 //! Units of length of mesh files and calibrations.
 
-crate::choices! {
+crate::settings::choices! {
     /// The length of one unit of a file's coordinates.
     pub enum LengthUnit {
         /// Micrometre.

@@ -15,7 +15,7 @@ use crate::stages::surface::SurfaceParams;
 use crate::stages::texture::{TextureMethod, TextureParams};
 use crate::stages::triangulate::TriangulateParams;
 
-crate::choices! {
+crate::settings::choices! {
     /// A set of methods that belong together.
     pub enum Profile {
         /// Nothing to mark by hand, metric, as accurate as the photographs allow.
@@ -25,7 +25,7 @@ crate::choices! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// All parameters of a reconstruction. The defaults are those of the profile `precise`.
     pub struct Params {
         /// The profile the other values start from.

@@ -9,9 +9,9 @@ use super::surface::{SAMPLES, SHADED, Sample, surface_color};
 use super::view::{Frame, Framing, View};
 use super::zbuffer::{rasterize, supersampled};
 use crate::camera::Pinhole;
-use crate::choices;
 use crate::data::{Mesh, Rgb};
 use crate::math::{Similarity, Vec2, Vec3, interpolate};
+use crate::settings::choices;
 
 choices! {
     /// How a mesh is drawn.

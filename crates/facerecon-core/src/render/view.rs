@@ -6,9 +6,9 @@ use nalgebra::Rotation3;
 
 use super::error::RenderError;
 use crate::camera::Pinhole;
-use crate::choices;
 use crate::data::Mesh;
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
+use crate::settings::choices;
 
 choices! {
     /// Direction from which a picture is taken.

@@ -17,7 +17,7 @@ use crate::camera::{RectifiedRig, resect};
 use crate::data::Match;
 use crate::math::{Mat3, Vec2, Vec3, median, percentile};
 use crate::observer::{Cancelled, Observer};
-use crate::settings;
+use crate::settings::settings;
 use crate::settings::{SettingsError, Value};
 use posterior::CameraPosterior;
 
@@ -87,7 +87,7 @@ pub enum CamerasError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(CamerasError, "cameras");
+crate::stages::stage_error!(CamerasError, "cameras");
 
 /// Fewer labelled dots than this do not determine the cameras. Set by hand: five dots for each of
 /// the twelve entries of the projection.

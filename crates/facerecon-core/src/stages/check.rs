@@ -21,7 +21,7 @@ pub use report::{CheckReport, Finding, Verdict};
 
 use crate::data::PatternKind;
 use crate::observer::{Cancelled, Observer};
-use crate::settings;
+use crate::settings::settings;
 use crate::settings::{SettingsError, Value};
 
 settings! {
@@ -61,7 +61,7 @@ pub enum CheckError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(CheckError, "check");
+crate::stages::stage_error!(CheckError, "check");
 
 /// Measures a capture against the rules. What cannot be measured becomes [`Verdict::Unknown`];
 /// every broken rule is also a warning to the observer.

@@ -18,7 +18,7 @@ pub use stripes::{StripesParams, correspond_stripes};
 
 use crate::observer::{Event, Observer};
 use crate::settings::Value;
-use crate::{choices, settings};
+use crate::settings::{choices, settings};
 
 choices! {
     /// How correspondences are found.

@@ -13,7 +13,7 @@ use crate::settings::{SettingsError, Value};
 
 pub use nicp::NicpParams;
 
-crate::choices! {
+crate::settings::choices! {
     /// How the generic head is bent.
     pub enum DeformMethod {
         /// Gaussian radial basis functions; the width of each follows the distance to its nearest
@@ -29,7 +29,7 @@ crate::choices! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// Bending the generic head to the points.
     pub struct DeformParams {
         /// How the generic head is bent.
@@ -142,7 +142,7 @@ pub enum DeformError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(DeformError, "deform");
+crate::stages::stage_error!(DeformError, "deform");
 
 /// Greatest relative residual of a dense solution that is accepted: it moves vertices by less than a
 /// thousandth of a micrometre.

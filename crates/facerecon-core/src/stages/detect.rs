@@ -15,8 +15,8 @@ use crate::data::{Dot, Gray};
 use crate::math::{Vec2, median};
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
+use crate::settings::{choices, settings};
 use crate::spatial::PointIndex;
-use crate::{choices, settings};
 
 choices! {
     /// How dots are found.
@@ -80,7 +80,7 @@ pub enum DetectError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(DetectError, "detect");
+crate::stages::stage_error!(DetectError, "detect");
 
 /// The dots of one photo.
 #[derive(Clone, Debug, PartialEq)]

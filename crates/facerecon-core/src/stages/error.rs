@@ -24,8 +24,6 @@ pub trait StageError: std::error::Error + Send + Sync + 'static {
 }
 
 /// Implements [`StageError`] for an error enum with the variants `Settings` and `Cancelled`.
-#[macro_export]
-#[doc(hidden)]
 macro_rules! stage_error {
     ($error:ty, $stage:literal) => {
         impl $crate::stages::StageError for $error {
@@ -42,3 +40,5 @@ macro_rules! stage_error {
         }
     };
 }
+
+pub(crate) use stage_error;

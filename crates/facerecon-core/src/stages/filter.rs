@@ -19,7 +19,7 @@ use threshold::{otsu_level, threshold_fixed, threshold_local};
 use crate::data::Gray;
 use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
-use crate::{choices, settings};
+use crate::settings::{choices, settings};
 
 choices! {
     /// Histogram equalisation before sharpening (future work in the thesis).
@@ -118,7 +118,7 @@ pub enum FilterError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(FilterError, "filter");
+crate::stages::stage_error!(FilterError, "filter");
 
 /// The photo after each step, all of its size, grey levels 0 to 255.
 #[derive(Clone, Debug, PartialEq)]

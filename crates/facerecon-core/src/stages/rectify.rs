@@ -13,7 +13,7 @@ pub use warp::{warp, warp_rgb};
 use crate::camera::{Rectification, View};
 use crate::data::{Capture, CaptureError, Gray, PatternKind, Photo, Rgb};
 use crate::observer::{Artifact, Cancelled, Observer};
-use crate::settings;
+use crate::settings::settings;
 use crate::settings::{SettingsError, Value};
 
 settings! {
@@ -55,7 +55,7 @@ pub enum RectifyError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(RectifyError, "rectify");
+crate::stages::stage_error!(RectifyError, "rectify");
 
 /// The rectified pair.
 #[derive(Clone, Debug, PartialEq)]

@@ -36,7 +36,7 @@ use crate::camera::RectifiedRig;
 use crate::data::{Gray, Match};
 use crate::observer::{Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
-use crate::{choices, settings};
+use crate::settings::{choices, settings};
 
 use binning::Binning;
 use descent::descend;
@@ -152,7 +152,7 @@ pub enum RefineError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(RefineError, "refine");
+crate::stages::stage_error!(RefineError, "refine");
 
 /// Refines matches and measures disparity between them.
 ///

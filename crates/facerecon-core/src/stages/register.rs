@@ -18,7 +18,7 @@ pub use input::RegisterInput;
 pub use registration::Registration;
 pub use robust::RobustParams;
 
-crate::choices! {
+crate::settings::choices! {
     /// How the points are registered to the generic head.
     pub enum RegisterMethod {
         /// Point-to-point ICP with unit quaternions (Besl and McKay 1992; thesis Eq. 3.1-3.8).
@@ -28,7 +28,7 @@ crate::choices! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// Registering the measured points to the generic head.
     pub struct RegisterParams {
         /// How the points are registered to the generic head.
@@ -137,7 +137,7 @@ pub enum RegisterError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(RegisterError, "register");
+crate::stages::stage_error!(RegisterError, "register");
 
 /// A registration is rejected when the typical distance grows by more than this factor. The pairs
 /// that are trimmed from it count in the iteration, so a correct pose may end slightly worse.

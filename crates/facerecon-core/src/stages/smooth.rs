@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 
-crate::choices! {
+crate::settings::choices! {
     /// How the mesh is smoothed.
     pub enum SmoothMethod {
         /// No smoothing.
@@ -21,7 +21,7 @@ crate::choices! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// Smoothing the mesh.
     pub struct SmoothParams {
         /// How the mesh is smoothed.
@@ -96,7 +96,7 @@ pub enum SmoothError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(SmoothError, "smooth");
+crate::stages::stage_error!(SmoothError, "smooth");
 
 /// Values of mu that compensate lambda well are this multiple of -lambda (Taubin 1995: slightly
 /// larger in magnitude).

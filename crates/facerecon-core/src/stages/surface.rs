@@ -21,8 +21,8 @@ use crate::data::{Gray, Match, Mesh};
 use crate::math::{Vec2, Vec3};
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
+use crate::settings::{choices, settings};
 use crate::spatial::estimate_pitch;
-use crate::{choices, settings};
 
 use patch::Patch;
 
@@ -148,7 +148,7 @@ pub enum SurfaceError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(SurfaceError, "surface");
+crate::stages::stage_error!(SurfaceError, "surface");
 
 /// Smallest number of points: two triangles.
 const MIN_POINTS: usize = 4;

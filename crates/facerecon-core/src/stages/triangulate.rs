@@ -16,7 +16,7 @@ use crate::data::{Cloud, CloudFrame, Match, Mesh};
 use crate::math::Vec3;
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
-use crate::{choices, settings};
+use crate::settings::{choices, settings};
 
 choices! {
     /// How depth is computed from disparity.
@@ -98,7 +98,7 @@ pub enum TriangulateError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(TriangulateError, "triangulate");
+crate::stages::stage_error!(TriangulateError, "triangulate");
 
 /// Points in space, one for each match.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@ pub use stripes::{PALETTE, STRIPE_PERIOD, Stripe, stripe};
 
 use crate::data::{Pattern, PatternKind, Rgb};
 use crate::render::srgb_from_linear;
-use crate::settings;
+use crate::settings::settings;
 use crate::settings::{SettingsError, Value};
 use crate::stages::{ErrorKind, StageError};
 

@@ -3,7 +3,7 @@
 use crate::data::MeshError;
 use crate::observer::Cancelled;
 use crate::settings::SettingsError;
-use crate::{choices, settings};
+use crate::settings::{choices, settings};
 
 choices! {
     /// The transform that aligns the first mesh with the second.
@@ -78,4 +78,4 @@ pub enum CompareError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(CompareError, "compare");
+crate::stages::stage_error!(CompareError, "compare");

@@ -105,4 +105,4 @@ pub enum CorrespondError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(CorrespondError, "correspond");
+crate::stages::stage_error!(CorrespondError, "correspond");

@@ -30,7 +30,7 @@ use plate::{Plate, PlateData};
 use surface_match::rms_on;
 use vertices_in_front::FrontMatcher;
 
-crate::settings! {
+crate::settings::settings! {
     /// Robust non-rigid ICP.
     pub struct NicpParams {
         /// Stiffness from first to last: the displacement follows waves longer than about six

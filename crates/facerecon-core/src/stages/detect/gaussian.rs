@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::data::{Dot, Gray};
 use crate::math::{Vec2, median};
-use crate::settings;
+use crate::settings::settings;
 use crate::spatial::PointIndex;
 
 use fit::Fit;

@@ -20,7 +20,7 @@ pub use report::RowReport;
 
 use crate::camera::Rectification;
 use crate::data::Gray;
-use crate::settings;
+use crate::settings::settings;
 use corners::find_corners;
 
 settings! {

@@ -23,7 +23,7 @@ use model_surface::ModelSurface;
 use samples::{Sample, median_position, spread_samples};
 use starts::{frontal_start, starts};
 
-crate::settings! {
+crate::settings::settings! {
     /// Robust registration: point-to-plane ICP from many starts.
     pub struct RobustParams {
         /// Heads turned to either side by up to this angle are found.

@@ -89,4 +89,4 @@ pub enum TextureError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(TextureError, "texture");
+crate::stages::stage_error!(TextureError, "texture");

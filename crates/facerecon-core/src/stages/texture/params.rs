@@ -1,6 +1,6 @@
 //! Parameters of the stage.
 
-crate::choices! {
+crate::settings::choices! {
     /// How the texture is made.
     pub enum TextureMethod {
         /// Rows of the photos, resampled to the texture (thesis chapter 5); needs no cameras.
@@ -10,7 +10,7 @@ crate::choices! {
     }
 }
 
-crate::choices! {
+crate::settings::choices! {
     /// The region of the photo that the scan-line method copies.
     pub enum Boundary {
         /// The bounding box of the four extreme dots (thesis Fig. 5.2).
@@ -20,7 +20,7 @@ crate::choices! {
     }
 }
 
-crate::choices! {
+crate::settings::choices! {
     /// The photo from which the scan-line method takes its rows.
     pub enum Source {
         /// The left half of the face from the left photo, the right half from the right one.
@@ -32,7 +32,7 @@ crate::choices! {
     }
 }
 
-crate::choices! {
+crate::settings::choices! {
     /// The colour of texels that no photo shows.
     pub enum Rest {
         /// The median colour of the face.
@@ -42,7 +42,7 @@ crate::choices! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// Making the texture.
     pub struct TextureParams {
         /// How the texture is made.
@@ -63,7 +63,7 @@ crate::settings! {
     }
 }
 
-crate::settings! {
+crate::settings::settings! {
     /// Texture from photos with cameras.
     pub struct ProjectiveParams {
         /// Whether a motion of the head between the dotted and the plain photos is estimated and

@@ -58,4 +58,4 @@ pub enum SimulateError {
     Cancelled(#[from] Cancelled),
 }
 
-crate::stage_error!(SimulateError, "simulate");
+crate::stages::stage_error!(SimulateError, "simulate");

@@ -1,6 +1,6 @@
 //! Parameters of the virtual rig.
 
-use crate::settings;
+use crate::settings::settings;
 use crate::synthetic::pattern::PatternParams;
 
 settings! {

@@ -274,7 +274,7 @@ fn impossible_simulations_are_refused() {
     assert!(refuse(&bare(&mesh), &wild).contains("simulate.baseline_mm"));
     let mask = [true; 3];
     let subject = Subject { face: Some(&mask), ..bare(&mesh) };
-    assert!(refuse(&subject, &small()).contains("face mask has 3"));
+    assert!(refuse(&subject, &small()).contains("face mask of the subject has 3 entries"));
     let landmarks: Landmarks = [("chin".to_owned(), usize::MAX)].into();
     let subject = Subject { landmarks: Some(&landmarks), ..bare(&mesh) };
     assert!(refuse(&subject, &small()).contains("chin"));

@@ -1,6 +1,6 @@
 //! Parameters of the lattice method.
 
-use crate::settings;
+use crate::settings::settings;
 
 settings! {
     /// Correspondence by the lattice of the dots (method "lattice").

@@ -1,6 +1,6 @@
 //! Parameters of the scan.
 
-use crate::settings;
+use crate::settings::settings;
 
 settings! {
     /// The scan of the thesis from three marked pairs (section 2.3).

@@ -1,6 +1,6 @@
 //! Parameters of the stripes.
 
-use crate::settings;
+use crate::settings::settings;
 
 settings! {
     /// Correspondence of stripes (captures of kind "stripes").
