@@ -113,7 +113,10 @@ mod tests {
     #[test]
     fn a_message_names_its_stage_once() {
         let own: Error = CorrespondError::NoDots { photo: "left" }.into();
-        assert!(own.to_string().starts_with("correspond: no dots were found in the left photo"), "{own}");
+        assert!(
+            own.to_string().starts_with("correspond: no dots were found in the left photo"),
+            "{own}"
+        );
         assert!(own.stage_error::<CorrespondError>().is_some());
         assert!(own.stage_error::<RegisterError>().is_none());
         let bare: Error = RegisterError::Degenerate.into();
