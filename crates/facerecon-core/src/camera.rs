@@ -1,4 +1,4 @@
-//! Cameras: pinhole with lens distortion, the stereo rig, rectification. Floor 0.
+//! Cameras: pinhole with lens distortion, the stereo rig, rectification.
 //!
 //! Frames: OpenCV axes (x right, y down, z forward), millimetres; pixel centres at integers.
 

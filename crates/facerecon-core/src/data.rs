@@ -1,4 +1,4 @@
-//! Data that stages exchange: rasters, dots and matches, clouds, meshes, captures. Floor 1.
+//! Data that stages exchange: rasters, dots and matches, clouds, meshes, captures.
 
 mod blocks;
 pub(crate) mod blur;

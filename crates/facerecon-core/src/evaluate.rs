@@ -1,4 +1,4 @@
-//! How far a mesh is from the truth. Floor 5.
+//! How far a mesh is from the truth.
 
 mod compare;
 

@@ -1,4 +1,4 @@
-//! Files: one module per format. Floor 2.
+//! Files: one module per format.
 //!
 //! Readers accept any bytes and end in bounded time and memory with a result or an [`IoError`], which
 //! says what was found and what to do. Writers write each file atomically.

@@ -1,4 +1,4 @@
-//! Transforms, least-squares fits, robust statistics and interpolation. Floor 0.
+//! Transforms, least-squares fits, robust statistics and interpolation.
 
 mod fit;
 mod interpolation;

@@ -1,4 +1,4 @@
-//! Nearest points, closest points on surfaces, and iterative closest points. Floor 1.
+//! Nearest points, closest points on surfaces, and iterative closest points.
 
 mod assignment;
 mod icp;

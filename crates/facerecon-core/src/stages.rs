@@ -1,4 +1,4 @@
-//! The stages, one file each; none imports another. Floor 3.
+//! The stages, one file each; none imports another.
 
 pub mod cameras;
 pub mod check;

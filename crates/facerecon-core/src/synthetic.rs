@@ -1,5 +1,5 @@
 //! Captures with known truth: made-up persons, the pattern to project, the virtual rig, the demo.
-//! Floor 6.
+//!
 
 pub mod demo;
 pub mod pattern;

@@ -1,4 +1,4 @@
-//! Template heads: the built-in head, mesh files as templates, and presets for known ones. Floor 2.
+//! Template heads: the built-in head, mesh files as templates, and presets for known ones.
 //!
 //! The built-in head is this project's own: a function (`sculpt`) maps a chart of half the head to
 //! space, from anthropometric proportions. `assets/` stores only the chart positions of the

@@ -44,14 +44,14 @@ impl PosedCamera {
 
     /// A point of the mesh frame in the camera frame.
     #[inline]
-    pub fn to_camera(&self, point: &Vec3) -> Vec3 {
+    pub fn camera_point(&self, point: &Vec3) -> Vec3 {
         self.matrix * point + self.shift
     }
 
     /// Pixel and depth of a point of the mesh frame; `None` behind the camera.
     #[inline]
     pub fn project(&self, point: &Vec3) -> Option<(Vec2, f64)> {
-        let placed = self.to_camera(point);
+        let placed = self.camera_point(point);
         Some((self.pinhole.project(&placed)?, placed.z))
     }
 

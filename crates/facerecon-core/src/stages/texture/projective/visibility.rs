@@ -37,7 +37,7 @@ impl Visibility {
         size: (usize, usize),
         edge_px: f64,
     ) -> Result<Self, TextureError> {
-        let vertices = mesh.vertices.iter().map(|v| camera.to_camera(v)).collect();
+        let vertices = mesh.vertices.iter().map(|v| camera.camera_point(v)).collect();
         let placed = mesh.with_vertices(vertices);
         let drawn = rasterize(&placed, &camera.pinhole, &Similarity::identity(), size)?;
         let border = border_faces(mesh);

@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn knots_that_would_fold_are_left_out() {
         let rising: Vec<(f64, f64)> =
-            (0..=100).map(|i| f64::from(i)).map(|x| (x, 2.0 * x + 5.0 * (x / 9.0).sin())).collect();
+            (0..=100).map(f64::from).map(|x| (x, 2.0 * x + 5.0 * (x / 9.0).sin())).collect();
         let good = Mapping::monotone((0.0, 0.0), (100.0, 200.0), &rising, 10);
         assert_eq!((good.knots.len(), good.domain()), (11, (0.0, 100.0)));
         let folded: Vec<(f64, f64)> = rising

@@ -76,7 +76,7 @@ impl Comparison<'_> {
 
 /// Value of an image at a point of the mesh frame, and its gradient by the point's position.
 fn sample(image: &Raster<f32>, camera: &PosedCamera, point: &Vec3) -> Option<(f64, Vec3)> {
-    let placed = camera.to_camera(point);
+    let placed = camera.camera_point(point);
     let pixel = camera.pinhole.project(&placed)?;
     let at = |dx: f64, dy: f64| image.bilinear(pixel.x + dx, pixel.y + dy).map(f64::from);
     let value = at(0.0, 0.0)?;
