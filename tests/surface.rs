@@ -111,7 +111,7 @@ fn a_surface_that_cannot_be_registered_is_written_with_a_warning() {
     let facts = json(&ran.out);
     assert_eq!(facts["registration"], Value::Null);
     let warnings = facts["warnings"].to_string();
-    assert!(warnings.contains("not in the frame of the generic head"), "{warnings}");
+    assert!(warnings.contains("not in the model frame"), "{warnings}");
     assert!(warnings.contains("register"), "{warnings}");
     // upright, looking along +z, its middle at the origin
     let bounds = &json(&bench.done("info out/face.obj").out)["bounds"];
