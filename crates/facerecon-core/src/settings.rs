@@ -1,4 +1,4 @@
-//! Parameters declared once: a struct declared with [`settings!`] carries its defaults,
+//! Parameters declared once: a struct declared with `settings!` carries its defaults,
 //! ranges, units and documentation; the TOML file, the command line and Python are derived from it.
 
 mod keys;
@@ -89,7 +89,7 @@ macro_rules! settings {
     (@range $range:expr) => { Some($range) };
 }
 
-/// Declares an enum of named choices for a [`settings!`] field: `Variant = "name",` with doc
+/// Declares an enum of named choices for a `settings!` field: `Variant = "name",` with doc
 /// comments that say what the choice means. The names are those of serde, `Display` and `from_name`.
 macro_rules! choices {
     (

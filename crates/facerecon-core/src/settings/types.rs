@@ -68,7 +68,7 @@ pub enum SettingsError {
     },
 }
 
-/// A name that is none of the choices of a [`choices!`] enum.
+/// A name that is none of the choices of a `choices!` enum.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("unknown name {got:?}; expected one of: {expected}")]
 pub struct UnknownChoice {

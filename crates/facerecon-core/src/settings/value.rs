@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::types::{Kind, SettingsError};
 
-/// A type of a field of a [`settings!`] struct.
+/// A type of a field of a `settings!` struct.
 pub trait Value {
     /// Description of the type.
     fn kind() -> Kind;
