@@ -132,6 +132,7 @@ impl Params {
         for (name, value) in sets {
             settings::set::<Self>(&mut given, name, value)?;
         }
+        drop_fixed(&mut given)?;
         settings::resolve_keys::<Self>(&mut given)?;
         if let Some(name) = profile {
             given.insert("profile".into(), toml::Value::String(name.to_owned()));
@@ -151,6 +152,39 @@ impl Params {
     /// [`SettingsError::Malformed`] when a value cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String, SettingsError> {
         settings::commented_toml(self)
+    }
+}
+
+/// Former parameters that are constants now, with their value. Earlier files may state it.
+const FIXED: [(&str, f64); 4] = [
+    ("correspond.stripes.average_rows", 2.0),
+    ("correspond.stripes.skip_cost", 2.0),
+    ("correspond.lattice.row_slack", 0.25),
+    ("correspond.lattice.max_step", 0.35),
+];
+
+/// Removes former parameters that state the value that is fixed now.
+///
+/// # Errors
+/// [`SettingsError::Malformed`] for another value, which would have no effect.
+fn drop_fixed(table: &mut toml::Table) -> Result<(), SettingsError> {
+    for (name, fixed) in FIXED {
+        let Some(value) = take(table, name) else { continue };
+        let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
+        if number != Some(fixed) {
+            return Err(SettingsError::Malformed(format!(
+                "{name} is {value}, but is fixed at {fixed} now; remove it from the parameters"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Removes the value of a dotted name.
+fn take(table: &mut toml::Table, name: &str) -> Option<toml::Value> {
+    match name.split_once('.') {
+        Some((group, rest)) => take(table.get_mut(group)?.as_table_mut()?, rest),
+        None => table.remove(name),
     }
 }
 
@@ -187,6 +221,16 @@ mod tests {
         let params = Params::load(None, Some(text), &sets).unwrap();
         assert_eq!(params.detect.method, DetectMethod::Thin);
         assert_eq!((params.smooth.steps, params.smooth.lambda), (7, 0.25));
+    }
+
+    #[test]
+    fn a_former_parameter_is_read_with_its_fixed_value_only() {
+        let load = |text: &str| Params::load(None, Some(text), &[]);
+        let stated =
+            "[correspond.stripes]\naverage_rows = 2\n[correspond.lattice]\nmax_step = 0.35";
+        assert_eq!(load(stated).unwrap(), Params::default());
+        let other = load("[correspond.stripes]\nskip_cost = 3.5").unwrap_err().to_string();
+        assert!(other.contains("skip_cost is 3.5, but is fixed at 2 now"), "{other}");
     }
 
     #[test]

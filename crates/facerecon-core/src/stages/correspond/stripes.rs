@@ -32,6 +32,9 @@ use vote::{EdgeMatch, vote};
 
 /// Fewest matches of a result; a face has some thousands.
 const MIN_MATCHES: usize = 60;
+/// Cost of an edge without a match, in the units of dissimilarity. Two edges are matched only where
+/// their difference of colour and width costs less than twice this.
+const SKIP_COST: f64 = 2.0;
 
 /// Matches the edges of the stripes of two rectified photos. Warns the observer of matches that were left
 /// out.
@@ -78,7 +81,7 @@ pub fn correspond_stripes(
     observer.check()?;
     let aligned: Vec<Vec<EdgePair>> = (0..rows.len())
         .into_par_iter()
-        .map(|n| align(&left.rows[n], &right.rows[n], params.skip_cost))
+        .map(|n| align(&left.rows[n], &right.rows[n], SKIP_COST))
         .collect();
     let voted = vote(&left, &right, &aligned, params.min_votes);
     let mut matches: Vec<Match> =

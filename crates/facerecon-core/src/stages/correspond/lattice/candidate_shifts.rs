@@ -9,6 +9,9 @@ use super::params::LatticeParams;
 
 /// Most shifts returned: beyond some tens only chance pairs vote.
 const MAX_SHIFTS: usize = 80;
+/// Greatest row error of the photos that is corrected, dot spacings. A whole spacing would be the
+/// next row of dots.
+const ROW_SLACK: f64 = 0.25;
 
 /// Shifts in order of their votes. Each pair of free dots on about one row and with a disparity in
 /// `disparities` votes with its similarity. Shifts of fewer voters than `params.min_component` are
@@ -20,7 +23,7 @@ pub(super) fn candidate_shifts(
     disparities: &RangeInclusive<f64>,
 ) -> Vec<Shift> {
     let (dots, graphs) = (evidence.dots, evidence.graphs);
-    let slack_px = params.row_slack * evidence.spacing_px;
+    let slack_px = ROW_SLACK * evidence.spacing_px;
     let mut by_row: Vec<(f64, usize)> = (0..dots[1].len())
         .filter(|j| free[1][*j] && graphs[1].labels[*j].is_some())
         .map(|j| (dots[1][j].position.y, j))

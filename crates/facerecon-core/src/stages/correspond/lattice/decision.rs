@@ -2,7 +2,7 @@
 
 use super::components::connected_components;
 use super::cues::ShiftCost;
-use super::evidence::Evidence;
+use super::evidence::{Evidence, MAX_STEP};
 use super::pairs::DotPair;
 use super::params::LatticeParams;
 use super::proposal::Proposal;
@@ -99,7 +99,7 @@ pub(super) fn drop_doubtful_components(
     chosen: &Proposal,
     proposals: &[Proposal],
 ) -> Vec<DotPair> {
-    let step_px = params.max_step * evidence.spacing_px;
+    let step_px = MAX_STEP * evidence.spacing_px;
     let similar = pairs_in_similar_surroundings(evidence, region);
     let mut components = connected_components(evidence, &similar, step_px);
     components.sort_by_key(|c| std::cmp::Reverse(c.len()));

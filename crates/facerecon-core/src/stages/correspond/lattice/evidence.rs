@@ -9,6 +9,8 @@ use crate::math::{Vec2, median};
 
 /// Similarity of dots that show the same skin: a correlation of 0.5 in the plain pair.
 pub(super) const SIMILAR: f64 = 0.325;
+/// Step of disparity between neighbouring dots that counts as a depth discontinuity, dot spacings.
+pub(super) const MAX_STEP: f64 = 0.35;
 /// Similarity up to which dots show different skin: a correlation of 0.3 in the plain pair.
 pub(super) const DISSIMILAR: f64 = 0.18;
 /// Similarity without any correlation, or where the plain pair has no contrast: not 0, so that

@@ -10,17 +10,11 @@ settings! {
         /// Greatest row difference of a match after offset and tilt of the rows are removed; never
         /// less than 0.08 spacings.
         row_tolerance_px: f64 = 0.6, range 0.05..=20.0, unit "px";
-        /// Greatest row error of the photos that is corrected, in spacings. A whole spacing would be
-        /// the next row of dots.
-        row_slack: f64 = 0.25, range 0.0..=0.45;
         /// Least ratio of the costs of the second-best and the best shift of the lattice for the
         /// shift to count as known.
         min_confidence: f64 = 1.3, range 1.0..=100.0;
         /// Fewest matches of a connected component; smaller ones are dropped.
         min_component: usize = 12, range 2.0..=1000.0;
-        /// Step of disparity between neighbouring dots that counts as a depth discontinuity, in
-        /// spacings.
-        max_step: f64 = 0.35, range 0.05..=2.0;
         /// Matches further than this many standard deviations (from the median absolute deviation)
         /// from the plane of their neighbours are dropped.
         outlier_mads: f64 = 4.0, range 1.0..=20.0;

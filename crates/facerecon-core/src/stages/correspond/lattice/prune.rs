@@ -1,7 +1,7 @@
 //! Drops matches that no neighbour supports, and those far from the subject in depth.
 
 use super::disparity_surface::DisparitySurface;
-use super::evidence::{Evidence, SIMILAR};
+use super::evidence::{Evidence, MAX_STEP, SIMILAR};
 use super::lattice_matches::LatticeMatches;
 use super::params::LatticeParams;
 use crate::math::{mad, median};
@@ -51,7 +51,7 @@ pub(super) fn drop_outliers(
             kept
         });
     }
-    let Components { of_match, sizes } = components(evidence, params, found);
+    let Components { of_match, sizes } = components(evidence, found);
     let mut size = of_match.iter().map(|c| sizes[*c]);
     found.matches.retain(|_| size.next().unwrap_or(0) >= params.min_component);
 }
@@ -82,14 +82,10 @@ struct Components {
     sizes: Vec<usize>,
 }
 
-fn components(
-    evidence: &Evidence<'_>,
-    params: &LatticeParams,
-    found: &LatticeMatches,
-) -> Components {
+fn components(evidence: &Evidence<'_>, found: &LatticeMatches) -> Components {
     let surface = DisparitySurface::new(evidence, &found.matches);
     let n = found.matches.len();
-    let step = params.max_step * evidence.spacing_px;
+    let step = MAX_STEP * evidence.spacing_px;
     let radius = LINK_RADIUS * evidence.spacing_px;
     let mut of_match = vec![usize::MAX; n];
     let mut sizes = Vec::new();
@@ -123,7 +119,7 @@ pub(super) fn drop_background(
     found: &mut LatticeMatches,
 ) -> usize {
     let range = found.subject_range(evidence, params);
-    let Components { of_match, sizes } = components(evidence, params, found);
+    let Components { of_match, sizes } = components(evidence, found);
     let surface = DisparitySurface::new(evidence, &found.matches);
     let mut disparities = vec![Vec::new(); sizes.len()];
     for (i, component) in of_match.iter().enumerate() {

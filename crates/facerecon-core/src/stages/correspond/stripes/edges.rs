@@ -5,6 +5,8 @@ use crate::data::Rgb;
 
 /// Narrower photos have no edges, pixels: the windows below need this much.
 const MIN_WIDTH_PX: usize = 16;
+/// Rows above and below that are averaged with each, px: less noise, while a stripe hardly moves.
+const AVERAGED_ROWS: usize = 2;
 /// Radius of the smoothing kernel, in standard deviations.
 const KERNEL_RADIUS: f64 = 3.0;
 /// An edge is dropped beside one this many times stronger within a radius (pixels): it is a ripple
@@ -34,7 +36,7 @@ pub(super) fn row_edges(image: &Rgb, y: usize, params: &StripesParams) -> Vec<Ed
     if image.width() < MIN_WIDTH_PX {
         return Vec::new();
     }
-    let mean = mean_row(image, y, params.average_rows);
+    let mean = mean_row(image, y, AVERAGED_ROWS);
     let slope = brightness_slope(&mean, params.smooth_px);
     let mut edges = strongest_slopes(&slope, params.min_step);
     measure_stripes(&mut edges, &mean);

@@ -7,15 +7,10 @@ settings! {
     pub struct StripesParams {
         /// Distance between the rows that are matched.
         row_step_px: usize = 3, range 1.0..=64.0, unit "px";
-        /// Rows above and below that are averaged with each.
-        average_rows: usize = 2, range 0.0..=32.0;
         /// Smoothing along the row before edges are detected (standard deviation).
         smooth_px: f64 = 1.2, range 0.3..=10.0, unit "px";
         /// Least step of brightness (sum of the colour channels) at an edge, per pixel.
         min_step: f64 = 5.0, range 0.1..=200.0, unit "grey levels";
-        /// Cost of an edge without a match. Two edges are matched only where their difference of
-        /// colour and width costs less than twice this.
-        skip_cost: f64 = 2.0, range 0.1..=20.0;
         /// Share of the neighbouring rows that must agree on the match of an edge.
         min_votes: f64 = 0.6, range 0.1..=1.0;
         /// Step of depth between the subject and its background, as a share of its depth; without a
