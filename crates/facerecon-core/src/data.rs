@@ -9,6 +9,8 @@ mod matches;
 mod mesh;
 mod raster;
 pub(crate) mod sampling;
+#[cfg(test)]
+pub(crate) mod test_meshes;
 mod topology;
 mod validation;
 

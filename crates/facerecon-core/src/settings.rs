@@ -7,7 +7,7 @@ mod text;
 mod types;
 mod value;
 
-pub use keys::{from_table, resolve_keys, set};
+pub use keys::{from_sets, from_table, resolve_keys, set};
 pub(crate) use nearest::nearest_name;
 pub use text::{commented_toml, fields};
 pub use types::{Field, Kind, SettingsError, UnknownChoice};

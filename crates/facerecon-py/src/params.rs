@@ -42,18 +42,7 @@ pub(crate) fn command_params<T>(py: Python<'_>, sets: &Sets) -> PyResult<T>
 where
     T: Value + Serialize + DeserializeOwned,
 {
-    let read = || -> Result<T, SettingsError> {
-        let mut table = toml::Table::new();
-        for (name, value) in sets {
-            settings::set::<T>(&mut table, name, value)?;
-        }
-        let params: T = table
-            .try_into()
-            .map_err(|e: toml::de::Error| SettingsError::Malformed(e.message().to_owned()))?;
-        params.check("", None)?;
-        Ok(params)
-    };
-    read().map_err(|e| to_py(py, e))
+    settings::from_sets(sets).map_err(|e| to_py(py, e))
 }
 
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,6 +1,6 @@
 //! `facerecon pattern`, `facerecon simulate`.
 
-use facerecon_core::settings::{self, SettingsError, Value};
+use facerecon_core::settings::{self, Value};
 use facerecon_core::synthetic::pattern::{PatternParams, pattern_image};
 use facerecon_core::synthetic::simulate::{
     SimulateParams, Subject, simulate as take_photos, write_simulated,
@@ -68,19 +68,5 @@ fn command_settings<T: Value + Serialize + DeserializeOwned + Default>(
     let given = split_settings(given)?;
     let with_help =
         |e| Failure::usage(format!("{e}\n  `facerecon {command} --set help` lists the settings"));
-    parsed(&given).map(Some).map_err(with_help)
-}
-
-fn parsed<T: Value + Serialize + DeserializeOwned + Default>(
-    given: &[(String, String)],
-) -> Result<T, SettingsError> {
-    let mut table = toml::Table::new();
-    for (name, value) in given {
-        settings::set::<T>(&mut table, name, value)?;
-    }
-    let params: T = table
-        .try_into()
-        .map_err(|e: toml::de::Error| SettingsError::Malformed(e.message().to_owned()))?;
-    params.check("", None)?;
-    Ok(params)
+    settings::from_sets(&given).map(Some).map_err(with_help)
 }

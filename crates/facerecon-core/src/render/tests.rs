@@ -1,29 +1,8 @@
 use super::*;
 use crate::camera::{Distortion, Pinhole};
+use crate::data::test_meshes::dummy_head;
 use crate::data::{Mesh, Rgb};
 use crate::math::{Mat3, Similarity, Vec2, Vec3};
-
-/// An ellipsoid with a bump for a nose, model frame, mm.
-pub(crate) fn dummy_head(rings: u32, around: u32) -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..=rings {
-        let polar = std::f64::consts::PI * f64::from(i) / f64::from(rings);
-        for j in 0..around {
-            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(around);
-            let (x, y, z) = (polar.sin() * turn.sin(), polar.cos(), polar.sin() * turn.cos());
-            let nose = 25.0 * (-(x * x * 40.0 + y * y * 18.0)).exp() * f64::from(z > 0.0);
-            mesh.vertices.push(Vec3::new(75.0 * x, 110.0 * y, 90.0 * z + nose));
-        }
-    }
-    for i in 0..rings {
-        for j in 0..around {
-            let (a, b) = (i * around + j, i * around + (j + 1) % around);
-            mesh.faces.push([a, a + around, b]);
-            mesh.faces.push([b, a + around, b + around]);
-        }
-    }
-    mesh
-}
 
 fn pose() -> Similarity {
     let turn = nalgebra::Rotation3::from_euler_angles(0.2, 0.5, -0.1).into_inner();

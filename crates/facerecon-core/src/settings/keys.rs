@@ -20,6 +20,20 @@ pub fn from_table<T: Value + DeserializeOwned>(mut table: toml::Table) -> Result
     Ok(settings)
 }
 
+/// A settings struct from its defaults and single settings `(dotted name, value as text)`.
+///
+/// # Errors
+/// [`SettingsError`] naming the parameter.
+pub fn from_sets<T: Value + DeserializeOwned>(
+    sets: &[(String, String)],
+) -> Result<T, SettingsError> {
+    let mut table = toml::Table::new();
+    for (name, value) in sets {
+        set::<T>(&mut table, name, value)?;
+    }
+    from_table(table)
+}
+
 /// Replaces earlier names of parameters by the current ones, and checks names and types of all
 /// entries.
 ///

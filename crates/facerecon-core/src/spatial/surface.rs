@@ -229,24 +229,10 @@ fn barycentric_of_closest(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::test_meshes::open_grid;
 
     fn bumpy() -> Mesh {
-        let n = 20u32;
-        let mut mesh = Mesh::default();
-        for y in 0..n {
-            for x in 0..n {
-                let z = (f64::from(x) * 0.9).sin() * 3.0 + (f64::from(y) * 0.6).cos() * 2.0;
-                mesh.vertices.push(Vec3::new(f64::from(x), f64::from(y), z));
-            }
-        }
-        for y in 0..n - 1 {
-            for x in 0..n - 1 {
-                let i = y * n + x;
-                mesh.faces.push([i, i + 1, i + n]);
-                mesh.faces.push([i + 1, i + n + 1, i + n]);
-            }
-        }
-        mesh
+        open_grid(20, 20, |x, y| Vec3::new(x, y, (x * 0.9).sin() * 3.0 + (y * 0.6).cos() * 2.0))
     }
 
     #[test]

@@ -1,27 +1,13 @@
 use super::*;
+use crate::data::test_meshes::closed_grid;
 use crate::math::Mat3;
 
 /// A bumpy, unsymmetric closed surface, mm.
 fn bumpy_ellipsoid() -> Mesh {
-    let (rings, around) = (50u32, 60u32);
-    let mut mesh = Mesh::default();
-    for i in 0..=rings {
-        let polar = std::f64::consts::PI * f64::from(i) / f64::from(rings);
-        for j in 0..around {
-            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(around);
-            let d = Vec3::new(polar.sin() * turn.sin(), polar.cos(), polar.sin() * turn.cos());
-            let bump = 1.0 + 0.1 * (3.0 * d.x + 1.0).sin() * (4.0 * d.y).cos() + 0.08 * d.z * d.x;
-            mesh.vertices.push(Vec3::new(75.0 * d.x, 110.0 * d.y, 90.0 * d.z) * bump);
-        }
-    }
-    for i in 0..rings {
-        for j in 0..around {
-            let (a, b) = (i * around + j, i * around + (j + 1) % around);
-            mesh.faces.push([a, a + around, b]);
-            mesh.faces.push([b, a + around, b + around]);
-        }
-    }
-    mesh
+    closed_grid(50, 60, |d| {
+        let bump = 1.0 + 0.1 * (3.0 * d.x + 1.0).sin() * (4.0 * d.y).cos() + 0.08 * d.z * d.x;
+        Vec3::new(75.0 * d.x, 110.0 * d.y, 90.0 * d.z) * bump
+    })
 }
 
 fn plate(z: f64, half: f64) -> Mesh {

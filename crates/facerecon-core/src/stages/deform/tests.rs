@@ -1,20 +1,10 @@
 use super::rbf::{Centre, centres};
 use super::*;
+use crate::data::test_meshes::open_grid;
 
 /// A flat sheet of `n` x `n` vertices, 1 apart.
 fn sheet(n: u32) -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..n * n {
-        mesh.vertices.push(Vec3::new(f64::from(i % n), f64::from(i / n), 0.0));
-    }
-    for y in 0..n - 1 {
-        for x in 0..n - 1 {
-            let i = y * n + x;
-            mesh.faces.push([i, i + 1, i + n]);
-            mesh.faces.push([i + 1, i + n + 1, i + n]);
-        }
-    }
-    mesh
+    open_grid(n, n, |x, y| Vec3::new(x, y, 0.0))
 }
 
 fn hill(p: &Vec3) -> Vec3 {

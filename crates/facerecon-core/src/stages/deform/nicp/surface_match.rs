@@ -78,21 +78,11 @@ pub(super) fn face_area(mesh: &Mesh, face: &[u32; 3]) -> f64 {
 #[cfg(test)]
 pub(super) mod fixtures {
     use super::*;
+    use crate::data::test_meshes::open_grid;
 
     /// A flat sheet of `n` x `n` vertices, `step` mm apart, facing +z.
     pub(in super::super) fn sheet(n: u32, step: f64) -> Mesh {
-        let mut mesh = Mesh::default();
-        for i in 0..n * n {
-            mesh.vertices.push(Vec3::new(f64::from(i % n), f64::from(i / n), 0.0) * step);
-        }
-        for y in 0..n - 1 {
-            for x in 0..n - 1 {
-                let i = y * n + x;
-                mesh.faces.push([i, i + 1, i + n]);
-                mesh.faces.push([i + 1, i + n + 1, i + n]);
-            }
-        }
-        mesh
+        open_grid(n, n, |x, y| Vec3::new(x, y, 0.0) * step)
     }
 
     /// A match of weight 1 at a vertex, with the measured point at `data`.
