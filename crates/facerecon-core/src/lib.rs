@@ -25,7 +25,7 @@
 //! use facerecon_core::Params;
 //!
 //! let made = demo(1, &Params::default(), &())?;
-//! let face = &made.found;
+//! let face = &made.reconstruction;
 //! assert!(face.metric && face.texture.is_some());
 //! println!(
 //!     "{} matches, {} vertices, median error {:.3} mm",

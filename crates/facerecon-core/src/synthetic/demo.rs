@@ -34,7 +34,7 @@ pub struct Demo {
 /// Simulates the person of a seed, reconstructs, compares.
 ///
 /// ```no_run
-/// use facerecon_core::{pipeline::Params, synthetic::demo::demo};
+/// use facerecon_core::{Params, synthetic::demo::demo};
 /// let demo = demo(1, &Params::default(), &())?;
 /// assert!(demo.error.median_mm < 0.5);
 /// # Ok::<(), facerecon_core::Error>(())
