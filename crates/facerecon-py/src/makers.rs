@@ -18,7 +18,7 @@ use crate::convert::{MeshIn, MeshOut, mesh, mesh_out, raster_out, rgb, rgb_out, 
 use crate::errors::{argument, to_py};
 use crate::params::{Sets, command_params};
 use crate::reconstruction::{frame_named, to_json};
-use crate::watch::{staged, watched};
+use crate::watch::{staged, warn, watched, with_warnings};
 
 /// A simulated capture and its ground truth.
 #[pyclass(frozen, module = "facerecon._core")]
@@ -150,7 +150,11 @@ fn compare<'py>(
 #[pyfunction]
 fn check(py: Python<'_>, capture: &Capture, sets: Sets) -> PyResult<String> {
     let params = Params { check: command_params(py, &sets)?, ..Params::default() };
-    let report = watched(py, None, |watch| check_capture(&capture.capture, &params, watch))?;
+    let (report, mut warnings) =
+        with_warnings(py, None, |watch| check_capture(&capture.capture, &params, watch))?;
+    // the findings of the check are its result
+    warnings.retain(|text| !text.starts_with("check: "));
+    warn(py, warnings)?;
     to_json(py, &report.findings)
 }
 

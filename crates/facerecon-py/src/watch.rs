@@ -103,14 +103,21 @@ pub(crate) fn watched<T: Send>(
     work: impl FnOnce(&dyn Observer) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
     let (result, warnings) = with_warnings(py, callback, work)?;
-    if !warnings.is_empty() {
-        let category = py.import("facerecon.errors")?.getattr("FaceReconWarning")?;
-        for text in warnings {
-            // level 1 is the facade's function, 2 its caller
-            PyErr::warn(py, &category, &CString::new(text)?, 2)?;
-        }
-    }
+    warn(py, warnings)?;
     Ok(result)
+}
+
+/// Issues Python warnings of the category `FaceReconWarning`.
+pub(crate) fn warn(py: Python<'_>, warnings: Vec<String>) -> PyResult<()> {
+    if warnings.is_empty() {
+        return Ok(());
+    }
+    let category = py.import("facerecon.errors")?.getattr("FaceReconWarning")?;
+    for text in warnings {
+        // level 1 is the facade's function, 2 its caller
+        PyErr::warn(py, &category, &CString::new(text)?, 2)?;
+    }
+    Ok(())
 }
 
 /// Runs work without the GIL and returns its warnings with its result. An exception of the
