@@ -17,7 +17,9 @@ mod validation;
 pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
 pub use cloud::{Cloud, CloudFrame};
 pub(crate) use landmarks::unknown_landmark;
-pub use landmarks::{LANDMARKS, LandmarkPairs, Landmarks};
+pub use landmarks::{
+    LANDMARKS, LandmarkPairs, LandmarkSource, Landmarks, MARKED_LANDMARK_SIGMA_MM, MeasuredLandmark,
+};
 pub use matches::{Dot, Match, Pair};
 pub use mesh::{Mesh, MeshError};
 pub use raster::{Gray, Raster, Rgb};

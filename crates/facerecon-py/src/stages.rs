@@ -1,13 +1,13 @@
 //! Single stages on arrays.
 
 use facerecon_core::Error;
-use facerecon_core::data::{Cloud, CloudFrame, Gray};
+use facerecon_core::data::{Cloud, CloudFrame, Gray, MARKED_LANDMARK_SIGMA_MM};
 use facerecon_core::math::Vec3;
 use facerecon_core::observer::Observer;
 use facerecon_core::output::registration_json;
 use facerecon_core::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
-use facerecon_core::stages::deform::{DeformInput, deform as run_deform};
+use facerecon_core::stages::deform::{DeformInput, LandmarkTarget, deform as run_deform};
 use facerecon_core::stages::detect::{DetectMethod, DetectParams, detect as run_detect};
 use facerecon_core::stages::filter::filter as run_filter;
 use facerecon_core::stages::rectify::rectify as run_rectify;
@@ -206,8 +206,17 @@ fn deform<'py>(
     let head = mesh(&head)?;
     let data = Cloud::from_points(points(&data, "data")?);
     let given = assignments.map(|given| targets(&given, "assignments")).transpose()?;
-    let landmarks =
-        landmarks.map(|given| targets(&given, "landmarks")).transpose()?.unwrap_or_default();
+    let landmarks: Vec<LandmarkTarget> = landmarks
+        .map(|given| targets(&given, "landmarks"))
+        .transpose()?
+        .unwrap_or_default()
+        .into_iter()
+        .map(|(vertex, position)| LandmarkTarget {
+            vertex,
+            position,
+            sigma_mm: MARKED_LANDMARK_SIGMA_MM,
+        })
+        .collect();
     let params = &params.0.deform;
     let deformed = staged(py, callback, "deform", |watch| {
         let assignments =

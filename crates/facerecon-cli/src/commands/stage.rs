@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use facerecon_core::data::{CloudFrame, Rgb};
-use facerecon_core::math::{Similarity, Vec3};
+use facerecon_core::data::{CloudFrame, MeasuredLandmark, Rgb};
+use facerecon_core::math::Similarity;
 use facerecon_core::output::report::marks;
 use facerecon_core::single_stage;
 use facerecon_core::spatial::eliminate_multiple;
@@ -131,7 +131,7 @@ pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), F
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
-        landmarks: &single_stage::feature_points(&landmarks, &head),
+        landmarks: &single_stage::landmark_points(&landmarks, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };
     let pose = register_stage::register(&input, &params.register, &Progress::new(terminal))?;
@@ -169,7 +169,7 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         template: &mesh,
         data: &cloud,
         assignments: &assignments,
-        landmarks: &single_stage::feature_goals(&landmarks, &head, &pose.model_from_data),
+        landmarks: &single_stage::landmark_targets(&landmarks, &head, &pose.model_from_data),
     };
     let deformed = deform_stage::deform(&input, &params.deform, &Progress::new(terminal))?;
     io::write_mesh(&args.output, &deformed.mesh, None)?;
@@ -251,11 +251,11 @@ fn landmarks(
     head: &Template,
     params: &Params,
     terminal: &Terminal,
-) -> Result<Vec<(String, Vec3)>, Failure> {
+) -> Result<Vec<MeasuredLandmark>, Failure> {
     let Some(path) = capture else { return Ok(Vec::new()) };
     let loaded = io::capture::read_capture(path)?;
     loaded.warnings.iter().for_each(|w| terminal.warning(w));
-    Ok(single_stage::features(&loaded.capture, head, params)?)
+    Ok(single_stage::marked_landmarks(&loaded.capture, head, params)?)
 }
 
 /// The frame of a cloud or mesh, as the comment of a PLY file.

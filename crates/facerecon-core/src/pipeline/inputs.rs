@@ -3,7 +3,10 @@
 use super::measured::{Measured, Points};
 use super::run::Run;
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
-use crate::data::{Capture, Cloud, Gray, Match, Mesh, Pair, Photo, Rgb, Seeds};
+use crate::data::{
+    Capture, Cloud, Gray, LandmarkSource, MARKED_LANDMARK_SIGMA_MM, Match, MeasuredLandmark, Mesh,
+    Pair, Photo, Rgb, Seeds,
+};
 use crate::math::{Similarity, Vec3};
 use crate::observer::Observer;
 use crate::pipeline::Error;
@@ -11,6 +14,7 @@ use crate::pipeline::Params;
 use crate::spatial::PointIndex;
 use crate::stages::cameras::{CamerasError, estimate_cameras};
 use crate::stages::correspond::{CorrespondInput, Correspondence};
+use crate::stages::deform::LandmarkTarget;
 use crate::stages::detect::Detection;
 use crate::stages::rectify::Rectified;
 use crate::stages::register::Registration;
@@ -130,20 +134,25 @@ pub(super) fn points(
     let count = measured.matches.len().min(cloud.len());
     let dots = Cloud::from_points(cloud.points[..count].to_vec());
     let names = features.iter().map(|f| f.0.clone());
-    let features = names.zip(cloud.points[count..].iter().copied()).collect();
+    let landmarks =
+        names.zip(&cloud.points[count..]).map(|(n, p)| marked_landmark(n, *p)).collect();
     let all = match (measured.dense, measured.rig) {
         (Some(dense), Some(rig)) => super::dense::cloud(dense, rig),
         _ => dots.clone(),
     };
-    Points { dots, all, features }
+    Points { dots, all, landmarks }
 }
 
-/// Measured features with their places on the template.
-pub fn feature_points(features: &[(String, Vec3)], template: &Template) -> Vec<(Vec3, Vec3)> {
-    features
-        .iter()
-        .filter_map(|(name, p)| Some((*p, template.mesh.vertices[*template.landmarks.get(name)?])))
-        .collect()
+/// A landmark marked by hand, at its triangulated position.
+pub(super) fn marked_landmark(name: String, position: Vec3) -> MeasuredLandmark {
+    let sigma_mm = MARKED_LANDMARK_SIGMA_MM;
+    MeasuredLandmark { name, position, sigma_mm, source: LandmarkSource::Marked }
+}
+
+/// Measured landmarks with their positions on the template.
+pub fn landmark_points(landmarks: &[MeasuredLandmark], template: &Template) -> Vec<(Vec3, Vec3)> {
+    let vertex = |name: &String| Some(template.mesh.vertices[*template.landmarks.get(name)?]);
+    landmarks.iter().filter_map(|l| Some((l.position, vertex(&l.name)?))).collect()
 }
 
 /// The template in the size of the subject, and the rigid motion into its frame: the measured
@@ -169,15 +178,21 @@ pub(super) fn assignments(
     goals.into_iter().map(|(vertex, p)| (vertex, head_from_model.apply(&p))).collect()
 }
 
-/// Vertices of the marked features with their measured places in the model frame.
-pub fn feature_goals(
-    features: &[(String, Vec3)],
+/// Vertices of the landmarks with their measured positions in the model frame.
+pub fn landmark_targets(
+    landmarks: &[MeasuredLandmark],
     template: &Template,
     model_from_camera: &Similarity,
-) -> Vec<(usize, Vec3)> {
-    features
+) -> Vec<LandmarkTarget> {
+    landmarks
         .iter()
-        .filter_map(|(name, p)| Some((*template.landmarks.get(name)?, model_from_camera.apply(p))))
+        .filter_map(|l| {
+            Some(LandmarkTarget {
+                vertex: *template.landmarks.get(&l.name)?,
+                position: model_from_camera.apply(&l.position),
+                sigma_mm: l.sigma_mm * model_from_camera.scale,
+            })
+        })
         .collect()
 }
 

@@ -1,8 +1,7 @@
 //! What a run measured, before any shape is fitted to it.
 
 use crate::camera::RectifiedRig;
-use crate::data::{Cloud, CloudFrame, Match};
-use crate::math::Vec3;
+use crate::data::{Cloud, CloudFrame, Match, MeasuredLandmark};
 use crate::stages::refine::Refined;
 
 /// What was measured: the input of the surface.
@@ -23,6 +22,6 @@ pub(super) struct Points {
     pub(super) dots: Cloud,
     /// All that were measured: the dense surface where there is one, else the dots.
     pub(super) all: Cloud,
-    /// Marked features with their names.
-    pub(super) features: Vec<(String, Vec3)>,
+    /// Landmarks with measured positions.
+    pub(super) landmarks: Vec<MeasuredLandmark>,
 }

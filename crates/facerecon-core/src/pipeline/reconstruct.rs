@@ -79,6 +79,7 @@ pub fn reconstruct(
         landmarks: shape.landmarks,
         texture,
         cloud: points.all,
+        measured_landmarks: points.landmarks,
         match_points: points.dots.points.iter().copied().map(Some).collect(),
         depth: depth_maps(&matches, &rectified.rectification, capture.left.size()),
         matches,
@@ -127,7 +128,7 @@ fn fit_shape(
         data: &points.dots,
         model: &template.mesh,
         coarse: template.coarse.as_ref(),
-        landmarks: &inputs::feature_points(&points.features, template),
+        landmarks: &inputs::landmark_points(&points.landmarks, template),
         frame: measured.frame,
     };
     let pose = run.stage("register", |o| register(&input, &params.register, o));

@@ -1,7 +1,7 @@
 //! What a run found out.
 
 use crate::camera::Rectification;
-use crate::data::{Cloud, Gray, Landmarks, Match, Mesh, PatternKind};
+use crate::data::{Cloud, Gray, Landmarks, Match, MeasuredLandmark, Mesh, PatternKind};
 use crate::math::{Similarity, Vec3};
 use crate::pipeline::Params;
 use crate::render::Frame;
@@ -23,6 +23,8 @@ pub struct Reconstruction {
     pub cloud: Cloud,
     /// The matches, in rectified pixels.
     pub matches: Vec<Match>,
+    /// Landmarks that were marked or found, in the frame of `cloud`.
+    pub measured_landmarks: Vec<MeasuredLandmark>,
     /// For each match its point in the frame of `cloud`; `None` where it has none.
     pub match_points: Vec<Option<Vec3>>,
     /// How photo and rectified pixels belong together.

@@ -45,7 +45,7 @@ pub(super) fn deformed(
         template: &head,
         data: &registered,
         assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
-        landmarks: &inputs::feature_goals(&points.features, template, &model_from_camera),
+        landmarks: &inputs::landmark_targets(&points.landmarks, template, &model_from_camera),
     };
     let fitted = run.stage("deform", |o| deform(&input, &params.deform, o))?;
     run.artifact("deform", "mesh", Artifact::Mesh(&fitted.mesh));

@@ -2,13 +2,13 @@
 //! Warnings are events of the observer.
 
 use super::inputs;
-pub use super::inputs::{feature_goals, feature_points, to_scale};
+pub use super::inputs::{landmark_points, landmark_targets, to_scale};
 pub use super::matching::detect_dots;
 use super::matching::match_photos;
 use super::run::Run;
 use super::{Error, Params, reconstruct};
 use crate::camera::Rectification;
-use crate::data::{Capture, Match, Mesh};
+use crate::data::{Capture, Match, MeasuredLandmark, Mesh};
 use crate::math::{Similarity, Vec2, Vec3};
 use crate::observer::Observer;
 use crate::render::Frame;
@@ -49,16 +49,16 @@ pub fn find_matches(
     })
 }
 
-/// The features marked in a calibrated capture, with their places in the camera frame, mm.
+/// The landmarks marked in a calibrated capture, with their positions in the camera frame, mm.
 ///
 /// # Errors
 /// [`Error::Input`] without calibration, or where the template knows none of the marked features;
 /// those of the stages rectify and triangulate.
-pub fn features(
+pub fn marked_landmarks(
     capture: &Capture,
     template: &Template,
     params: &Params,
-) -> Result<Vec<(String, Vec3)>, Error> {
+) -> Result<Vec<MeasuredLandmark>, Error> {
     let views = rectify(capture, &params.rectify, &())?.rectification;
     let marked = inputs::features(capture, &views, template)?;
     let Some(rig) = views.rig.as_ref().filter(|_| !marked.is_empty()) else {
@@ -75,7 +75,8 @@ pub fn features(
     let metric = TriangulateParams { method: TriangulateMethod::Metric };
     let places = triangulate(&pairs, Some(rig), &template.mesh, &metric, &())
         .map_err(|fault| inputs::of_feature(fault, &[], &marked))?;
-    Ok(marked.into_iter().map(|m| m.0).zip(places.cloud.points).collect())
+    let measured = marked.into_iter().map(|m| m.0).zip(places.cloud.points);
+    Ok(measured.map(|(name, position)| inputs::marked_landmark(name, position)).collect())
 }
 
 /// The measured surface of a capture.

@@ -61,7 +61,18 @@ pub struct DeformInput<'a> {
     /// Vertices with the one data point of each (not used by non-rigid ICP).
     pub assignments: &'a [(usize, Vec3)],
     /// Vertices of landmarks with their measured positions.
-    pub landmarks: &'a [(usize, Vec3)],
+    pub landmarks: &'a [LandmarkTarget],
+}
+
+/// The measured position of a landmark of the head; model frame, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LandmarkTarget {
+    /// The landmark's vertex on the template.
+    pub vertex: usize,
+    /// Its measured position.
+    pub position: Vec3,
+    /// Standard deviation of the position in each direction.
+    pub sigma_mm: f64,
 }
 
 /// A bent head.
@@ -186,7 +197,8 @@ pub fn deform(
     params.check("deform", None)?;
     input.template.validate()?;
     observer.check()?;
-    for list in [input.assignments, input.landmarks] {
+    let of_landmarks: Vec<_> = input.landmarks.iter().map(|l| (l.vertex, l.position)).collect();
+    for list in [input.assignments, &of_landmarks] {
         check_targets(list, input.template.vertices.len())?;
     }
     match params.method {

@@ -23,7 +23,7 @@ use crate::data::Mesh;
 use crate::math::Vec3;
 use crate::observer::{Event, Observer};
 
-use super::{DeformError, DeformInput, DeformParams, Deformed};
+use super::{DeformError, DeformInput, DeformParams, Deformed, LandmarkTarget};
 use matching::{MatchLimits, Matcher, max_local_spread_mm, require_matches};
 use measured_points::{MeasuredPoint, thin_over_list, thin_over_space};
 use plate::{Plate, PlateData};
@@ -117,7 +117,7 @@ fn bend(
     rest: &Mesh,
     points: &[MeasuredPoint],
     limits: &MatchLimits,
-    landmarks: &[(usize, Vec3)],
+    landmarks: &[LandmarkTarget],
     params: &NicpParams,
     report: &mut dyn FnMut(f64) -> Result<f64, DeformError>,
 ) -> Result<Mesh, DeformError> {

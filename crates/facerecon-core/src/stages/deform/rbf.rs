@@ -28,7 +28,7 @@ pub fn centres(input: &DeformInput<'_>, params: &DeformParams) -> Vec<Centre> {
     let mut targets: BTreeMap<usize, Vec3> =
         input.assignments.iter().step_by(stride).copied().collect();
     if params.use_landmarks {
-        targets.extend(input.landmarks.iter().copied());
+        targets.extend(input.landmarks.iter().map(|l| (l.vertex, l.position)));
     }
     let mut list: Vec<Centre> = targets
         .iter()

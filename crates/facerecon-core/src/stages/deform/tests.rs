@@ -146,7 +146,9 @@ fn the_biharmonic_reproduces_an_affine_motion_and_smooths_noise() {
 fn landmarks_are_centres_and_take_precedence_over_points() {
     let mesh = sheet(5);
     let up = |i: usize, z: f64| (i, mesh.vertices[i] + Vec3::z() * z);
-    let (assignments, landmarks) = ([up(0, 1.0), up(6, 1.0)], [up(6, 4.0), up(24, 2.0)]);
+    let landmark = |(vertex, position)| LandmarkTarget { vertex, position, sigma_mm: 1.0 };
+    let (assignments, landmarks) =
+        ([up(0, 1.0), up(6, 1.0)], [up(6, 4.0), up(24, 2.0)].map(landmark));
     let data = Cloud::default();
     let input = DeformInput {
         template: &mesh,

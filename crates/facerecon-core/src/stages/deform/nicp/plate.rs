@@ -9,7 +9,7 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
 
-use super::super::DeformError;
+use super::super::{DeformError, LandmarkTarget};
 use super::laplacian::Laplacian;
 use super::surface_match::{SurfaceMatch, area_per_match};
 use crate::data::Mesh;
@@ -44,7 +44,7 @@ type Column = Vec<(u32, f64)>;
 pub(super) struct PlateData<'a> {
     pub matches: &'a [SurfaceMatch],
     /// Vertices of landmarks with their measured positions.
-    pub landmarks: &'a [(usize, Vec3)],
+    pub landmarks: &'a [LandmarkTarget],
     /// Weight of the landmarks, 0 to 1.
     pub landmark_weight: f64,
 }
@@ -126,7 +126,7 @@ impl Plate {
                 }
             }
         }
-        for &(v, _) in data.landmarks {
+        for &LandmarkTarget { vertex: v, .. } in data.landmarks {
             add(v, v, self.landmark_weight(v, data));
         }
         values
@@ -153,7 +153,7 @@ impl Plate {
                 }
             }
         }
-        for &(v, position) in data.landmarks {
+        for &LandmarkTarget { vertex: v, position, .. } in data.landmarks {
             let weight = self.landmark_weight(v, data);
             for axis in 0..3 {
                 right[(v, axis)] += weight * (position[axis] - rest.vertices[v][axis]);
@@ -228,7 +228,11 @@ mod tests {
     use super::super::surface_match::fixtures::{match_at, sheet};
     use super::*;
 
-    fn bent(matches: &[SurfaceMatch], landmarks: &[(usize, Vec3)], stiffness_mm: f64) -> Vec<Vec3> {
+    fn bent(
+        matches: &[SurfaceMatch],
+        landmarks: &[LandmarkTarget],
+        stiffness_mm: f64,
+    ) -> Vec<Vec3> {
         let rest = sheet(21, 2.0);
         let mut displacements = vec![Vec3::zeros(); rest.vertices.len()];
         let data = PlateData { matches, landmarks, landmark_weight: 1.0 };
@@ -270,7 +274,8 @@ mod tests {
         let rest = sheet(21, 2.0);
         let v = 10 * 21 + 10;
         let goal = rest.vertices[v] + Vec3::new(0.0, 1.0, 2.0);
-        let displacements = bent(&[], &[(v, goal)], 1.0);
+        let landmark = LandmarkTarget { vertex: v, position: goal, sigma_mm: 1.0 };
+        let displacements = bent(&[], &[landmark], 1.0);
         assert!((rest.vertices[v] + displacements[v] - goal).norm() < 0.2, "{}", displacements[v]);
         assert!(displacements.iter().all(|d| d.norm() < 2.4), "no vertex moves farther");
     }
