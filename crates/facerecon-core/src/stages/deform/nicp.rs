@@ -7,6 +7,8 @@
 //! the detail that the noise allows.
 
 mod detail;
+mod landmark_surface;
+mod landmark_warp;
 mod laplacian;
 mod matching;
 mod measured_points;
@@ -20,7 +22,7 @@ mod unmatched_components;
 mod vertices_in_front;
 
 use crate::data::Mesh;
-use crate::math::Vec3;
+use crate::math::{Similarity, Vec3};
 use crate::observer::{Event, Observer};
 
 use super::{DeformError, DeformInput, DeformParams, Deformed, LandmarkTarget};
@@ -42,6 +44,10 @@ crate::settings::settings! {
         points: usize = 6000, range 100.0..=1000000.0;
         /// Whether the head takes the subject's size before it bends.
         resize: bool = true;
+        /// Whether faces are split where there are data. Without it the mesh keeps the vertices and
+        /// faces of the template; with it the vertices of the template come first, and those that
+        /// splitting adds differ from subject to subject.
+        subdivide: bool = true;
         /// Where there are data, faces are split until their edges are about this long.
         edge_mm: f64 = 1.6, range 0.2..=1000.0, unit "mm";
         /// Most vertices after splitting.
@@ -68,8 +74,8 @@ const REACH_PER_STIFFNESS: f64 = 3.0;
 /// Faces are split only where the spread of the points is below this, mm: on skin, hardly on hair.
 const MAX_SPLIT_SPREAD_MM: f64 = 0.5;
 
-/// Bends the template to the data, which are registered roughly. Landmarks guide the stiff rounds;
-/// their weight falls to zero with the stiffness.
+/// Bends the template to the data, which are registered roughly. Landmarks move the head before it
+/// bends, and stay terms of each round.
 pub(super) fn deform(
     input: &DeformInput<'_>,
     params: &DeformParams,
@@ -91,12 +97,14 @@ pub(super) fn deform(
     let max_spread_mm = max_local_spread_mm(own.reach_mm);
     let matches = Matcher::new(template, &limits)?.find(&few, own.reach_mm, max_spread_mm);
     let rms_before = rms_on(template, &matches);
-    let rest = match own.resize {
-        true => subject_size::match_size(template, &few, &limits, own)?,
-        false => template.clone(),
-    };
     let landmarks = if params.use_landmarks { input.landmarks } else { &[] };
-    let mut bent = bend(&rest, &few, &limits, landmarks, own, &mut report)?;
+    let landmarks = landmark_surface::onto_surface(landmarks, &points);
+    let data_from_template = match own.resize {
+        true => subject_size::match_size(template, &few, &landmarks, &limits, own)?,
+        false => Similarity::identity(),
+    };
+    let (rest, landmarks) = rest_by_landmarks(template, &landmarks, &data_from_template);
+    let mut bent = bend(&rest, &few, &limits, &landmarks, own, &mut report)?;
 
     let matches = Matcher::new(&bent, &limits)?.find(&few, own.reach_mm, MAX_SPLIT_SPREAD_MM);
     let centres = require_matches(&matches)?;
@@ -104,12 +112,34 @@ pub(super) fn deform(
     let mut rms_after = rms_on(&bent, &matches);
 
     if own.detail_mm > 0.0 {
-        bent = subdivide::subdivide_measured(&bent, &matches, own.edge_mm, own.max_vertices);
+        if own.subdivide {
+            bent = subdivide::subdivide_measured(&bent, &matches, own.edge_mm, own.max_vertices);
+        }
         let limits = MatchLimits::new(&bent, own);
         let many = thin_over_list(&points, own.detail_points);
         rms_after = detail::refine_detail(&mut bent, &many, &limits, own, &mut report)?;
     }
     Ok(Deformed { mesh: bent, centres, rms_before, rms_after })
+}
+
+/// The template in the size and position of the data, moved by the landmarks, and the landmarks
+/// with their standard deviations after comparison.
+fn rest_by_landmarks(
+    template: &Mesh,
+    landmarks: &[LandmarkTarget],
+    data_from_template: &Similarity,
+) -> (Mesh, Vec<LandmarkTarget>) {
+    let moved = |l: &LandmarkTarget, by: &Similarity| LandmarkTarget {
+        vertex: l.vertex,
+        position: by.apply(&l.position),
+        sigma_mm: l.sigma_mm * by.scale,
+    };
+    // in the template's frame, where its plane of symmetry is known
+    let template_from_data = data_from_template.inverse();
+    let own: Vec<_> = landmarks.iter().map(|l| moved(l, &template_from_data)).collect();
+    let (warped, own) = landmark_warp::warp_by_landmarks(template, &own);
+    let landmarks = own.iter().map(|l| moved(l, data_from_template)).collect();
+    (warped.transformed(data_from_template), landmarks)
 }
 
 /// Bends the vertices of the mesh at rest to the points, from stiff to flexible.
@@ -125,16 +155,14 @@ fn bend(
     let plate = Plate::new(rest)?;
     let mut displacements = vec![Vec3::zeros(); rest.vertices.len()];
     let mut bent = rest.clone();
-    let levels = params.stiffness_mm.len() as f64;
-    for (level, &stiffness_mm) in params.stiffness_mm.iter().enumerate() {
-        let landmark_weight = 1.0 - level as f64 / levels;
+    for &stiffness_mm in &params.stiffness_mm {
         for _ in 0..params.rounds {
             let reach_mm = (REACH_PER_STIFFNESS * stiffness_mm).min(params.reach_mm);
             let max_spread_mm = max_local_spread_mm(stiffness_mm);
             let mut matches = Matcher::new(&bent, limits)?.find(points, reach_mm, max_spread_mm);
             require_matches(&matches)?;
             matches.extend(front.find(&bent, reach_mm));
-            let data = PlateData { matches: &matches, landmarks, landmark_weight };
+            let data = PlateData { matches: &matches, landmarks };
             plate.bend(rest, &mut displacements, &data, stiffness_mm)?;
             let moved = rest.vertices.iter().zip(&displacements).map(|(p, d)| p + d);
             bent = bent.with_vertices(moved.collect());

@@ -25,11 +25,14 @@ const LEVEL_MM: f64 = 20.0;
 /// Bounds of the cotangents: below, so that no edge has a negative weight; above, for triangles
 /// without area (3 and 87 degrees).
 const COTANGENT_RANGE: (f64, f64) = (0.05, 20.0);
-/// Weight of a landmark relative to data that cover the area of its vertex. Larger than 1,
-/// since a landmark identifies its vertex and a match does not.
-const LANDMARK_WEIGHT: f64 = 10.0;
-/// Least area of a landmark's vertex, mm^2.
-const MIN_LANDMARK_AREA_MM2: f64 = 1.0;
+/// Standard deviation of the distance of a landmark's vertex from its measured position that the
+/// bending leaves, mm: a landmark as uncertain as this is followed half way.
+const LANDMARK_PRIOR_MM: f64 = 3.0;
+/// A force on a plate of stiffness `s` (a length) that rests on data of weight 1 per mm^2 moves it
+/// by the force over this times `s^2` (Hertz 1884).
+const POINT_FORCE: f64 = 8.0;
+/// Least standard deviation of a landmark, mm: keeps its weight finite.
+const MIN_LANDMARK_SIGMA_MM: f64 = 0.1;
 /// Solutions with one factorisation; more are closer to the coupled solution.
 const REPEATS: usize = 4;
 /// Weight of the distance to the point itself relative to that to the plane: keeps the surface from
@@ -45,8 +48,6 @@ pub(super) struct PlateData<'a> {
     pub matches: &'a [SurfaceMatch],
     /// Vertices of landmarks with their measured positions.
     pub landmarks: &'a [LandmarkTarget],
-    /// Weight of the landmarks, 0 to 1.
-    pub landmark_weight: f64,
 }
 
 /// The bending system of one mesh at rest; factorised for each set of matches.
@@ -55,7 +56,6 @@ pub(super) struct Plate {
     /// Bending energy, lower triangle, in the order of `symbolic`.
     energy: Vec<f64>,
     order: SymbolicLlt<usize>,
-    areas: Vec<f64>,
 }
 
 impl Plate {
@@ -67,7 +67,7 @@ impl Plate {
         let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, indices);
         let order = SymbolicLlt::try_new(symbolic.as_ref(), Side::Lower)
             .map_err(|e| unsolved(format!("{e:?}")))?;
-        Ok(Self { symbolic, energy, order, areas: laplacian.areas })
+        Ok(Self { symbolic, energy, order })
     }
 
     /// One round: updates `displacements` of the vertices of `rest` to fit the data.
@@ -88,7 +88,7 @@ impl Plate {
         let factor = Llt::try_new_with_symbolic(self.order.clone(), matrix.as_ref(), Side::Lower)
             .map_err(|e| unsolved(format!("{e:?}")))?;
         for _ in 0..REPEATS {
-            let mut right = self.right_side(rest, displacements, data, area);
+            let mut right = self.right_side(rest, displacements, data, area, stiffness_mm);
             factor.solve_in_place(right.as_mut());
             for (v, d) in displacements.iter_mut().enumerate() {
                 *d = Vec3::new(right[(v, 0)], right[(v, 1)], right[(v, 2)]);
@@ -99,11 +99,6 @@ impl Plate {
         } else {
             Err(unsolved("the solution is not finite".to_owned()))
         }
-    }
-
-    /// A landmark weighs as much as the data on the area of its vertex, times a constant.
-    fn landmark_weight(&self, vertex: usize, data: &PlateData<'_>) -> f64 {
-        LANDMARK_WEIGHT * data.landmark_weight * self.areas[vertex].max(MIN_LANDMARK_AREA_MM2)
     }
 
     /// The values of the system's matrix: bending energy, matches and landmarks.
@@ -126,8 +121,8 @@ impl Plate {
                 }
             }
         }
-        for &LandmarkTarget { vertex: v, .. } in data.landmarks {
-            add(v, v, self.landmark_weight(v, data));
+        for l in data.landmarks {
+            add(l.vertex, l.vertex, landmark_weight(l, stiffness_mm));
         }
         values
     }
@@ -139,6 +134,7 @@ impl Plate {
         displacements: &[Vec3],
         data: &PlateData<'_>,
         area: f64,
+        stiffness_mm: f64,
     ) -> Mat<f64> {
         let mut right = Mat::<f64>::zeros(displacements.len(), 3);
         for m in data.matches {
@@ -153,14 +149,22 @@ impl Plate {
                 }
             }
         }
-        for &LandmarkTarget { vertex: v, position, .. } in data.landmarks {
-            let weight = self.landmark_weight(v, data);
+        for l in data.landmarks {
+            let weight = landmark_weight(l, stiffness_mm);
+            let displacement = l.position - rest.vertices[l.vertex];
             for axis in 0..3 {
-                right[(v, axis)] += weight * (position[axis] - rest.vertices[v][axis]);
+                right[(l.vertex, axis)] += weight * displacement[axis];
             }
         }
         right
     }
+}
+
+/// Weight of a landmark: its share of the way follows from its standard deviation, whatever the
+/// stiffness.
+fn landmark_weight(landmark: &LandmarkTarget, stiffness_mm: f64) -> f64 {
+    let ratio = LANDMARK_PRIOR_MM / landmark.sigma_mm.max(MIN_LANDMARK_SIGMA_MM);
+    POINT_FORCE * (stiffness_mm * ratio).powi(2)
 }
 
 /// The lower triangle of the bending energy and of what holds the displacement beyond the data, by
@@ -235,7 +239,7 @@ mod tests {
     ) -> Vec<Vec3> {
         let rest = sheet(21, 2.0);
         let mut displacements = vec![Vec3::zeros(); rest.vertices.len()];
-        let data = PlateData { matches, landmarks, landmark_weight: 1.0 };
+        let data = PlateData { matches, landmarks };
         Plate::new(&rest).unwrap().bend(&rest, &mut displacements, &data, stiffness_mm).unwrap();
         displacements
     }

@@ -1,4 +1,6 @@
-use super::super::{DeformError, DeformInput, DeformMethod, DeformParams, Deformed, deform};
+use super::super::{
+    DeformError, DeformInput, DeformMethod, DeformParams, Deformed, LandmarkTarget, deform,
+};
 use crate::data::{Cloud, Mesh, Topology};
 use crate::math::{Vec3, percentile};
 use crate::spatial::SurfaceIndex;
@@ -210,6 +212,63 @@ fn subdivision_keeps_texture_coordinates_and_threads_do_not_change_the_result() 
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let again = one.install(|| fit(&template, &data));
     assert_eq!(again, fitted);
+}
+
+#[test]
+fn the_template_vertices_come_first_and_alone_without_subdivision() {
+    let template = crate::template::head().mesh;
+    let truth = subject(&template);
+    let data = scan(&truth, 25);
+    let mut params = nicp();
+    params.nicp.subdivide = false;
+    let input = DeformInput { template: &template, data: &data, assignments: &[], landmarks: &[] };
+    let fixed = deform(&input, &params, &()).unwrap().mesh;
+    assert_eq!(fixed.faces, template.faces);
+    assert_eq!(fixed.vertices.len(), template.vertices.len());
+    // the detail step has still moved them onto the surface
+    let index = SurfaceIndex::new(&truth).unwrap();
+    let off: Vec<f64> = (0..template.vertices.len())
+        .filter(|&v| template.vertices[v].z > 60.0 && template.vertices[v].y.abs() < 60.0)
+        .map(|v| index.closest(&fixed.vertices[v]).unwrap().distance)
+        .collect();
+    assert!(percentile(&off, 0.5).unwrap() < 0.15, "{:?}", percentile(&off, 0.5));
+    // with subdivision the same vertices have the same numbers
+    let finer = fit(&template, &data).mesh;
+    assert!(finer.vertices.len() > template.vertices.len());
+    assert!(apart(&finer, &fixed, |p| p.z > 60.0 && p.y.abs() < 60.0) < 2.0);
+}
+
+#[test]
+fn vertices_keep_their_meaning_by_landmarks_and_a_wrong_one_does_not_tear_the_mesh() {
+    let head = crate::template::head();
+    let template = head.mesh;
+    let truth = subject(&template);
+    let data = scan(&truth, 20);
+    let mut landmarks: Vec<LandmarkTarget> = head
+        .landmarks
+        .values()
+        .map(|&vertex| LandmarkTarget { vertex, position: truth.vertices[vertex], sigma_mm: 1.0 })
+        .collect();
+    let fit = |landmarks: &[LandmarkTarget]| {
+        let input = DeformInput { template: &template, data: &data, assignments: &[], landmarks };
+        deform(&input, &nicp(), &()).unwrap().mesh
+    };
+    let inner = |v: usize| template.vertices[v].z > 70.0 && template.vertices[v].y.abs() < 65.0;
+    // distance of the template's vertices from where the subject has them: median and greatest
+    let error = |mesh: &Mesh| {
+        let all = (0..template.vertices.len()).filter(|&v| inner(v));
+        let all: Vec<f64> = all.map(|v| (mesh.vertices[v] - truth.vertices[v]).norm()).collect();
+        [percentile(&all, 0.5).unwrap(), percentile(&all, 1.0).unwrap()]
+    };
+    let with = fit(&landmarks);
+    for l in &landmarks {
+        assert!((with.vertices[l.vertex] - l.position).norm() < 1.0, "{}", l.vertex);
+    }
+    let (with, without) = (error(&with), error(&fit(&[])));
+    assert!(with[0] < 0.5 && with[0] < 0.6 * without[0], "{with:?} {without:?}");
+    landmarks[9].position += Vec3::new(12.0, 10.0, 0.0);
+    let wrong = error(&fit(&landmarks));
+    assert!(wrong[0] < 0.7 && wrong[1] < with[1] + 2.0, "{wrong:?} {with:?}");
 }
 
 #[test]
