@@ -3,6 +3,7 @@
 mod dense;
 mod error;
 mod inputs;
+mod landmarks;
 mod matching;
 mod measured;
 mod params;

@@ -7,6 +7,7 @@ pub mod deform;
 pub mod detect;
 mod error;
 pub mod filter;
+pub mod landmarks;
 pub mod rectify;
 pub mod refine;
 pub mod register;

@@ -7,6 +7,7 @@ use crate::stages::correspond::{CorrespondMethod, CorrespondParams};
 use crate::stages::deform::{DeformMethod, DeformParams};
 use crate::stages::detect::{DetectMethod, DetectParams};
 use crate::stages::filter::FilterParams;
+use crate::stages::landmarks::{LandmarkMethod, LandmarksParams};
 use crate::stages::rectify::RectifyParams;
 use crate::stages::refine::{RefineMethod, RefineParams};
 use crate::stages::register::{RegisterMethod, RegisterParams};
@@ -48,6 +49,8 @@ crate::settings::settings! {
         refine: RefineParams = RefineParams::default();
         /// Disparity to points.
         triangulate: TriangulateParams = TriangulateParams::default();
+        /// Finding the landmarks of the face.
+        landmarks: LandmarksParams = LandmarksParams::default();
         /// Bringing the points to the generic head.
         register: RegisterParams =
             RegisterParams { method: RegisterMethod::Robust, ..RegisterParams::default() };
@@ -82,6 +85,10 @@ impl Params {
                 },
                 cameras: CamerasParams { estimate: false, ..CamerasParams::default() },
                 refine: RefineParams { method: RefineMethod::None, ..RefineParams::default() },
+                landmarks: LandmarksParams {
+                    method: LandmarkMethod::None,
+                    ..LandmarksParams::default()
+                },
                 register: RegisterParams {
                     method: RegisterMethod::Besl,
                     ..RegisterParams::default()

@@ -1,5 +1,6 @@
 //! The stages in order and nothing else.
 
+use super::landmarks::with_found;
 use super::matching::match_photos;
 use super::measured::{Measured, Points};
 use super::photo_check::check_rectified;
@@ -55,7 +56,8 @@ pub fn reconstruct(
         all_matches: &all_matches,
         frame,
     };
-    let points = inputs::points(&points.cloud, &measured, &features);
+    let mut points = inputs::points(&points.cloud, &measured, &features);
+    points.landmarks = with_found(&run, capture, &rectified, &points, frame, params)?;
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;
     let smoothed =

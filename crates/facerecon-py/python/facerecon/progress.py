@@ -16,6 +16,7 @@ STAGES = (
     "cameras",
     "refine",
     "triangulate",
+    "landmarks",
     "register",
     "deform",
     "surface",

@@ -12,12 +12,13 @@ use std::convert::Infallible;
 
 use rayon::prelude::*;
 
-use crate::math::{PlanePair, Similarity, fit_to_planes, plane_rms};
+use crate::math::{PlanePair, Similarity, Vec3, fit_to_planes, plane_rms};
 use crate::observer::{Event, Observer};
 use crate::spatial::{IcpIteration, IcpStep, Termination, iterate_closest_points};
 
 use super::input::RegisterInput;
 use super::registration::Registration;
+use super::start::pose_from_landmarks;
 use super::{RegisterError, RegisterParams};
 use model_surface::ModelSurface;
 use samples::{Sample, median_position, spread_samples};
@@ -52,6 +53,8 @@ const FINALISTS: usize = 6;
 /// (far from the pose, sliding must be prevented) and in the last.
 const EARLY_POINT_WEIGHT: f64 = 0.1;
 const POINT_WEIGHT: f64 = 0.02;
+/// With so many landmarks the pose is theirs: one that is wrong is outvoted.
+const ENOUGH_LANDMARKS: usize = 6;
 /// A start is abandoned when its scale changes by more than this: it shrinks the data to a spot or
 /// spreads them over the whole head.
 const SCALE_RANGE: std::ops::Range<f64> = 0.6..1.6;
@@ -67,15 +70,25 @@ pub(super) fn register(
     let samples = Sample::from_cloud(input.data);
     let frontal = frontal_start(&samples, model.front, frame);
     let dense = spread_samples(&samples, own.points);
-    let start = best_start(input, &samples, &model, frontal, params, observer)?;
-
-    // With scale first: a head larger or smaller than the model then finds its pose. Metric data
-    // keep their millimetres afterwards, and the deformation changes the size of the head.
-    let mut last = refine(start, &dense, &model, true, params, observer)?;
-    if frame.is_metric() && !params.scale {
-        let rigid = without_scale(&last.pose, &dense);
-        last = refine(rigid, &dense, &model, false, params, observer)?;
-    }
+    let keeps_scale = frame.is_metric() && !params.scale;
+    let from_landmarks = params.use_landmarks && input.landmarks.len() >= ENOUGH_LANDMARKS;
+    let (trial_steps, last) = if from_landmarks {
+        // The distance from the surface hardly changes when a face slides over a head: landmarks
+        // that determine the pose are not outvoted by it.
+        let pose = pose_from_landmarks(input.landmarks, true)?;
+        let pose = if keeps_scale { about_landmarks(&pose, input.landmarks) } else { pose };
+        (0, LastRound { pose, history: Vec::new(), termination: Termination::Converged })
+    } else {
+        let start = best_start(input, &samples, &model, frontal, params, observer)?;
+        // With scale first: a head larger or smaller than the model then finds its pose. Metric
+        // data keep their millimetres afterwards, and the deformation changes the head's size.
+        let mut last = refine(start, &dense, &model, true, params, observer)?;
+        if keeps_scale {
+            let rigid = without_scale(&last.pose, &dense);
+            last = refine(rigid, &dense, &model, false, params, observer)?;
+        }
+        (TRIAL_STEPS + FURTHER_STEPS, last)
+    };
 
     let inliers = model.near(&input.data.points, &last.pose);
     let fraction = inliers.len() as f64 / samples.len().max(1) as f64;
@@ -87,12 +100,12 @@ pub(super) fn register(
     }
     Ok(Registration {
         model_from_data: last.pose,
-        iterations: TRIAL_STEPS + FURTHER_STEPS + last.history.len(),
-        start_iterations: TRIAL_STEPS + FURTHER_STEPS,
+        iterations: trial_steps + last.history.len(),
+        start_iterations: trial_steps,
         coarse_iterations: 0,
         history: last.history,
         termination: last.termination,
-        from_landmarks: false,
+        from_landmarks,
         rms_before: model.bounded_error(&dense, &frontal).sqrt(),
         rms_after: model.bounded_error(&dense, &last.pose).sqrt(),
         inliers,
@@ -184,6 +197,12 @@ fn refine(
     };
     let icp = iterate_closest_points(start, params.max_iterations, find_pairs, step)?;
     Ok(LastRound { pose: icp.pose, history, termination: icp.termination })
+}
+
+/// The same pose with scale 1; the centre of the landmarks stays where it is.
+fn about_landmarks(pose: &Similarity, landmarks: &[(Vec3, Vec3)]) -> Similarity {
+    let centre = landmarks.iter().map(|l| l.0).sum::<Vec3>() / landmarks.len().max(1) as f64;
+    Similarity::rigid(pose.rotation, pose.apply(&centre) - pose.rotation * centre)
 }
 
 /// The same pose with scale 1; the median position of the points stays where it is.

@@ -1,0 +1,137 @@
+//! Stage landmarks: finds the landmarks of the face, with nothing marked.
+//!
+//! 1. The nose tip stands out from everything within a hand's breadth; about it the surface is
+//!    symmetric (reflective ICP). Both give the frame of the head, for each of a few candidates.
+//! 2. In that frame surface and photos are resampled to a frontal picture in millimetres.
+//! 3. Eyes and mouth are found there by colour: lips are redder than skin, the opening of the eye is
+//!    less red or darker. The nose is found by the slope of its wings and by the profile.
+//! 4. Lengths that hardly differ between people complete and check what was found.
+
+mod color_regions;
+mod eyes;
+mod frontal;
+mod head_frame;
+mod layout;
+mod mouth;
+mod nose;
+mod nose_tip;
+mod symmetry;
+#[cfg(test)]
+mod tests;
+
+use crate::camera::Rectification;
+use crate::data::{Cloud, MeasuredLandmark, Rgb};
+use crate::math::Vec3;
+use crate::observer::{Artifact, Cancelled, Observer};
+use crate::settings::{SettingsError, Value, choices, settings};
+
+use frontal::FrontalPicture;
+use head_frame::HeadFrame;
+
+choices! {
+    /// How landmarks that are not marked are found.
+    pub enum LandmarkMethod {
+        /// They are not: only marked landmarks count.
+        None = "none",
+        /// On the measured surface and in the plain photos.
+        Auto = "auto",
+    }
+}
+
+settings! {
+    /// Finding the landmarks of the face.
+    pub struct LandmarksParams {
+        /// How landmarks that are not marked are found.
+        method: LandmarkMethod = LandmarkMethod::Auto;
+        /// Candidates for the tip of the nose that are tried.
+        candidates: usize = 4, range 1.0..=20.0;
+        /// Least share of the surface about the nose that must be symmetric.
+        min_symmetry: f64 = 0.4, range 0.0..=1.0;
+    }
+}
+
+/// Landmarks that could not be looked for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LandmarksError {
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Cancelled by the observer.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+crate::stages::stage_error!(LandmarksError, "landmarks");
+
+/// What the landmarks are found on.
+#[derive(Clone, Copy, Debug)]
+pub struct LandmarksInput<'a> {
+    /// The measured surface with normals; left camera frame, mm.
+    pub surface: &'a Cloud,
+    /// The left and right photos without the pattern.
+    pub plain: Option<[&'a Rgb; 2]>,
+    /// How the photos relate to the camera frame; without a rig only the surface is used.
+    pub rectification: &'a Rectification,
+}
+
+/// The landmarks that were found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FoundLandmarks {
+    /// Positions in the left camera frame, mm.
+    pub landmarks: Vec<MeasuredLandmark>,
+    /// Share of the surface about the nose that is symmetric; 0 where no nose was found.
+    pub symmetry: f64,
+}
+
+/// Finds the landmarks. Those that are not seen clearly are left out; none at all is a warning.
+///
+/// # Errors
+/// [`LandmarksError`] for parameters out of range, and when the observer cancels.
+///
+/// ```
+/// use facerecon_core::camera::Rectification;
+/// use facerecon_core::data::Cloud;
+/// use facerecon_core::stages::landmarks::{LandmarksInput, LandmarksParams, find_landmarks};
+///
+/// // nothing measured: nothing found
+/// let surface = Cloud::default();
+/// let rectification = Rectification::identity((64, 48));
+/// let input = LandmarksInput { surface: &surface, plain: None, rectification: &rectification };
+/// let found = find_landmarks(&input, &LandmarksParams::default(), &())?;
+/// assert!(found.landmarks.is_empty());
+/// # Ok::<(), facerecon_core::stages::landmarks::LandmarksError>(())
+/// ```
+pub fn find_landmarks(
+    input: &LandmarksInput<'_>,
+    params: &LandmarksParams,
+    observer: &dyn Observer,
+) -> Result<FoundLandmarks, LandmarksError> {
+    params.check("landmarks", None)?;
+    if params.method == LandmarkMethod::None {
+        return Ok(FoundLandmarks::default());
+    }
+    let frames = HeadFrame::candidates(input.surface, params.candidates, observer)?;
+    let mut best: Option<(f64, FoundLandmarks)> = None;
+    for frame in frames.into_iter().filter(|f| f.symmetry >= params.min_symmetry) {
+        observer.check()?;
+        let Some(picture) = FrontalPicture::new(input, &frame) else { continue };
+        let face = layout::find(&picture);
+        let score = face.score + frame.symmetry;
+        if best.as_ref().is_none_or(|b| score > b.0) {
+            let landmarks = face.lifted(&picture, &frame);
+            best = Some((score, FoundLandmarks { landmarks, symmetry: frame.symmetry }));
+        }
+    }
+    let found = best.map(|b| b.1).unwrap_or_default();
+    if found.landmarks.is_empty() {
+        observer.warn(
+            "landmarks",
+            "no face was found on the measured surface: no point stands out like the tip of a nose \
+             with a symmetric face about it; mark the landmarks in both photos ([landmarks] of \
+             capture.toml)",
+        );
+    }
+    let positions: Vec<Vec3> = found.landmarks.iter().map(|l| l.position).collect();
+    observer.artifact("landmarks", "positions", Artifact::Points(&positions));
+    Ok(found)
+}

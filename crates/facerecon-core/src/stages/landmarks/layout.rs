@@ -1,0 +1,193 @@
+//! The face as a whole: what was found, checked against the proportions of faces and completed.
+
+use super::eyes::{self, Eye};
+use super::frontal::FrontalPicture;
+use super::head_frame::HeadFrame;
+use super::mouth::{self, Mouth};
+use super::nose::{self, Nose, Profile};
+use crate::data::{LandmarkSource, MeasuredLandmark};
+use crate::math::{Vec2, Vec3};
+
+/// Distances between the outer and the inner corners of the eyes, mm (children to large adults;
+/// Farkas 1994 gives 74 to 100 and 25 to 39 with two standard deviations).
+const OUTER_CORNERS_MM: std::ops::Range<f64> = 66.0..112.0;
+const INNER_CORNERS_MM: std::ops::Range<f64> = 20.0..48.0;
+/// Greatest difference in height of both eyes, mm, and of their distances from the midline.
+const UNEVEN_EYES_MM: f64 = 9.0;
+/// Distance from the line of the eyes to that of the mouth, mm.
+const EYES_TO_MOUTH_MM: std::ops::Range<f64> = 44.0..98.0;
+/// Width of a nose, mm.
+const NOSE_WIDTH_MM: std::ops::Range<f64> = 20.0..56.0;
+/// The profile reaches so far above and below the tip, mm.
+const PROFILE_MM: f64 = 112.0;
+
+/// Heights along the line from mouth to eyes, mm. Means over rendered adult heads.
+/// Saddle above the line of the eyes; standard deviation 1.0.
+const SADDLE_ABOVE_EYES_MM: f64 = 4.8;
+/// Forehead above the line of the eyes; 1.7.
+const FOREHEAD_ABOVE_EYES_MM: f64 = 46.4;
+/// Chin below the lower lip; 2.4.
+const CHIN_BELOW_LIP_MM: f64 = 25.3;
+/// Chin above the sharpest bend from chin to neck; 2.0.
+const CHIN_ABOVE_BEND_MM: f64 = 5.3;
+/// The bend is looked for within this distance of where it is expected, mm.
+const BEND_SEARCH_MM: f64 = 9.0;
+/// Forehead above the saddle where no eyes are found, mm; standard deviation 1.1.
+const FOREHEAD_ABOVE_SADDLE_MM: f64 = 41.3;
+
+/// Standard deviations of the positions, mm.
+const EYE_SIGMA_MM: f64 = 1.0;
+const MOUTH_SIGMA_MM: f64 = 1.0;
+const NOSE_SIGMA_MM: f64 = 1.2;
+const SADDLE_SIGMA_MM: f64 = 1.3;
+const SADDLE_BY_SHAPE_SIGMA_MM: f64 = 2.5;
+const CHIN_SIGMA_MM: f64 = 2.2;
+const FOREHEAD_SIGMA_MM: f64 = 2.5;
+/// Added in quadrature where the depth is interpolated across a hole, mm.
+const UNMEASURED_SIGMA_MM: f64 = 0.7;
+
+/// A landmark in the frontal picture: name, position in the head's frame and its standard
+/// deviation, mm.
+type Placed = (&'static str, Vec2, f64);
+
+/// The landmarks found in one frontal picture.
+pub(super) struct Face {
+    placed: Vec<Placed>,
+    /// Number of parts (two eyes, mouth, nose) that were found and agree.
+    pub score: f64,
+}
+
+impl Face {
+    /// The landmarks on the measured surface, camera frame.
+    pub fn lifted(&self, picture: &FrontalPicture, frame: &HeadFrame) -> Vec<MeasuredLandmark> {
+        let lift = |&(name, at, sigma_mm): &Placed| {
+            let on_surface = Vec3::new(at.x, at.y, picture.height_at(at.x, at.y));
+            let hole = !picture.measured_at(at.x, at.y);
+            let extra = if hole { UNMEASURED_SIGMA_MM } else { 0.0 };
+            MeasuredLandmark {
+                name: name.to_owned(),
+                position: frame.to_camera(&on_surface),
+                sigma_mm: sigma_mm.hypot(extra),
+                source: LandmarkSource::Found,
+            }
+        };
+        self.placed.iter().map(lift).collect()
+    }
+}
+
+/// Finds the parts of the face and keeps those whose proportions are those of a face.
+pub(super) fn find(picture: &FrontalPicture) -> Face {
+    let profile = Profile::new(picture, PROFILE_MM);
+    let nose = nose::find(picture, &profile).filter(plausible_nose);
+    let colors = picture.colors.as_ref();
+    let eyes = colors.and_then(|c| Some([eyes::find(c, -1.0)?, eyes::find(c, 1.0)?]));
+    let eyes = eyes.filter(plausible_eyes);
+    let mouth = colors.and_then(mouth::find);
+    let (eyes, mouth) = agreeing(eyes, mouth);
+    let mut placed = Vec::new();
+    let mut score = 0.0;
+    if let Some(nose) = &nose {
+        score += 1.0;
+        place_nose(nose, &mut placed);
+    }
+    if let Some([left, right]) = &eyes {
+        score += 2.0;
+        placed.push(("eye_left_outer", left.outer, EYE_SIGMA_MM));
+        placed.push(("eye_left_inner", left.inner, EYE_SIGMA_MM));
+        placed.push(("eye_right_inner", right.inner, EYE_SIGMA_MM));
+        placed.push(("eye_right_outer", right.outer, EYE_SIGMA_MM));
+    }
+    if let Some(mouth) = &mouth {
+        score += 1.0;
+        placed.push(("mouth_left", mouth.left, MOUTH_SIGMA_MM));
+        placed.push(("mouth_right", mouth.right, MOUTH_SIGMA_MM));
+        placed.push(("mouth_up", mouth.up, MOUTH_SIGMA_MM));
+        placed.push(("mouth_down", mouth.down, MOUTH_SIGMA_MM));
+    }
+    place_midline(picture, &profile, nose.as_ref(), eyes.as_ref(), mouth.as_ref(), &mut placed);
+    Face { placed, score }
+}
+
+fn plausible_nose(nose: &Nose) -> bool {
+    match (nose.ala_left, nose.ala_right) {
+        (Some(left), Some(right)) => NOSE_WIDTH_MM.contains(&(right.x - left.x)),
+        _ => true,
+    }
+}
+
+fn plausible_eyes([left, right]: &[Eye; 2]) -> bool {
+    OUTER_CORNERS_MM.contains(&(right.outer.x - left.outer.x))
+        && INNER_CORNERS_MM.contains(&(right.inner.x - left.inner.x))
+        && (right.inner.y - left.inner.y).abs() < UNEVEN_EYES_MM
+        && (right.outer.y - left.outer.y).abs() < UNEVEN_EYES_MM
+        && (right.inner.x + left.inner.x).abs() < UNEVEN_EYES_MM
+}
+
+/// Eyes and mouth where their distance is that of a face; else neither.
+fn agreeing(eyes: Option<[Eye; 2]>, mouth: Option<Mouth>) -> (Option<[Eye; 2]>, Option<Mouth>) {
+    if let (Some([left, right]), Some(mouth)) = (&eyes, &mouth) {
+        let eye_line = 0.25 * (left.inner.y + left.outer.y + right.inner.y + right.outer.y);
+        let mouth_line = 0.5 * (mouth.left.y + mouth.right.y);
+        if !EYES_TO_MOUTH_MM.contains(&(eye_line - mouth_line)) {
+            return (None, None);
+        }
+    }
+    (eyes, mouth)
+}
+
+fn place_nose(nose: &Nose, placed: &mut Vec<Placed>) {
+    placed.push(("nose_tip", nose.tip, NOSE_SIGMA_MM));
+    placed.extend(nose.ala_left.map(|p| ("ala_left", p, NOSE_SIGMA_MM)));
+    placed.extend(nose.ala_right.map(|p| ("ala_right", p, NOSE_SIGMA_MM)));
+}
+
+/// Saddle, forehead and chin: by their heights relative to eyes and mouth, and by the profile.
+fn place_midline(
+    picture: &FrontalPicture,
+    profile: &Profile,
+    nose: Option<&Nose>,
+    eyes: Option<&[Eye; 2]>,
+    mouth: Option<&Mouth>,
+    placed: &mut Vec<Placed>,
+) {
+    let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
+    let eye_centre = eyes.map(|[left, right]| {
+        [left.inner, left.outer, right.inner, right.outer].map(lifted).iter().sum::<Vec3>() / 4.0
+    });
+    let mouth_centre = mouth.map(|m| (lifted(m.left) + lifted(m.right)) / 2.0);
+    // upward along the face; the levelled frame where eyes or mouth are missing
+    let up = match (eye_centre, mouth_centre) {
+        (Some(eyes), Some(mouth)) => Vec3::new(0.0, eyes.y - mouth.y, eyes.z - mouth.z).normalize(),
+        _ => Vec3::y(),
+    };
+    let midline =
+        |x: f64, from: Vec3, distance_mm: f64| on_surface_at(picture, x, from, up, distance_mm);
+    if let Some(centre) = eye_centre {
+        let x = 0.5 * centre.x;
+        placed.push(("nose_saddle", midline(x, centre, SADDLE_ABOVE_EYES_MM), SADDLE_SIGMA_MM));
+        placed.push(("forehead", midline(x, centre, FOREHEAD_ABOVE_EYES_MM), FOREHEAD_SIGMA_MM));
+    } else if let Some(nose) = nose {
+        let saddle = nose.saddle;
+        placed.push(("nose_saddle", saddle, SADDLE_BY_SHAPE_SIGMA_MM));
+        let forehead = midline(0.0, lifted(saddle), FOREHEAD_ABOVE_SADDLE_MM);
+        placed.push(("forehead", forehead, SADDLE_BY_SHAPE_SIGMA_MM.hypot(FOREHEAD_SIGMA_MM)));
+    }
+    if let Some(mouth) = mouth {
+        let expected = midline(0.5 * mouth.down.x, lifted(mouth.down), -CHIN_BELOW_LIP_MM);
+        let below = expected.y - CHIN_ABOVE_BEND_MM;
+        let bend = profile.convex_bend((below - BEND_SEARCH_MM, below + BEND_SEARCH_MM));
+        let y = bend.map_or(expected.y, |b| 0.5 * (expected.y + b + CHIN_ABOVE_BEND_MM));
+        placed.push(("chin", Vec2::new(expected.x, y), CHIN_SIGMA_MM));
+    }
+}
+
+/// The position on the surface in a column at a distance from a point along a direction.
+fn on_surface_at(picture: &FrontalPicture, x: f64, from: Vec3, up: Vec3, distance_mm: f64) -> Vec2 {
+    let mut y = from.y + distance_mm;
+    // the slope of the surface against `up` is small: a few steps suffice
+    for _ in 0..8 {
+        let p = Vec3::new(x, y, picture.height_at(x, y));
+        y += distance_mm - (p - from).dot(&up);
+    }
+    Vec2::new(x, y)
+}
