@@ -26,7 +26,7 @@ use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value, choices, settings};
 
 use frontal::FrontalPicture;
-use head_frame::HeadFrame;
+use head_frame::{HeadFrame, SurfacePoints};
 
 choices! {
     /// How landmarks that are not marked are found.
@@ -110,16 +110,24 @@ pub fn find_landmarks(
     if params.method == LandmarkMethod::None {
         return Ok(FoundLandmarks::default());
     }
-    let frames = HeadFrame::candidates(input.surface, params.candidates, observer)?;
+    let surface = SurfacePoints::new(input.surface);
     let mut best: Option<(f64, FoundLandmarks)> = None;
-    for frame in frames.into_iter().filter(|f| f.symmetry >= params.min_symmetry) {
+    for tip in nose_tip::candidates(&surface, params.candidates) {
         observer.check()?;
+        let Some(frame) = HeadFrame::about(&tip, &surface) else { continue };
+        if frame.symmetry < params.min_symmetry {
+            continue;
+        }
         let Some(picture) = FrontalPicture::new(input, &frame) else { continue };
         let face = layout::find(&picture);
-        let score = face.score + frame.symmetry;
+        let score = f64::from(face.parts) + frame.symmetry;
+        let complete = face.is_complete();
         if best.as_ref().is_none_or(|b| score > b.0) {
             let landmarks = face.lifted(&picture, &frame);
             best = Some((score, FoundLandmarks { landmarks, symmetry: frame.symmetry }));
+        }
+        if complete {
+            break;
         }
     }
     let found = best.map(|b| b.1).unwrap_or_default();

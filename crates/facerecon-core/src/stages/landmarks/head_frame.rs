@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::Rotation3;
 
-use super::nose_tip::{self, NoseTip};
+use super::nose_tip::NoseTip;
 use super::symmetry::{SymmetryPlane, plane_at};
 use crate::data::Cloud;
 use crate::math::{Mat3, Vec3};
-use crate::observer::{Cancelled, Observer};
 use crate::spatial::PointIndex;
 
 /// Distance between the points that are used, mm.
@@ -30,13 +29,13 @@ const LEVEL_ROUNDS: usize = 10;
 const LEVEL_CONVERGED_RAD: f64 = 1e-4;
 /// Half size of the region in which the foremost point is the tip, mm.
 const TIP_REGION_MM: (f64, f64) = (8.0, 22.0);
-/// A nose that is higher by this much makes up for a symmetry that is worse by 0.01, mm.
-const HEIGHT_PER_SYMMETRY_MM: f64 = 1.0;
 
 /// The measured surface, thinned; axes of the viewer (x right, y up, z toward the camera), mm.
 pub(super) struct SurfacePoints {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
+    /// Finds positions; `None` without any.
+    pub index: Option<PointIndex<3>>,
 }
 
 /// Between camera axes (y down, z away) and viewer axes; its own inverse.
@@ -46,7 +45,7 @@ pub(super) fn viewer_axes(p: &Vec3) -> Vec3 {
 
 impl SurfacePoints {
     /// One point for each cell of a grid, as far back as a head is deep.
-    fn new(surface: &Cloud) -> Self {
+    pub fn new(surface: &Cloud) -> Self {
         let mut cells: BTreeMap<[i64; 3], usize> = BTreeMap::new();
         for (i, p) in surface.points.iter().enumerate() {
             let cell = [p.x, p.y, p.z].map(|c| (c / THINNED_MM).floor() as i64);
@@ -60,10 +59,10 @@ impl SurfacePoints {
         kept.sort_unstable();
         let with_normal = |i: &usize| surface.normals.get(*i).is_some_and(|n| n.norm() > 0.5);
         kept.retain(|i| surface.points[*i].z < limit && with_normal(i));
-        Self {
-            positions: kept.iter().map(|&i| viewer_axes(&surface.points[i])).collect(),
-            normals: kept.iter().map(|&i| viewer_axes(&surface.normals[i])).collect(),
-        }
+        let positions: Vec<Vec3> = kept.iter().map(|&i| viewer_axes(&surface.points[i])).collect();
+        let normals = kept.iter().map(|&i| viewer_axes(&surface.normals[i])).collect();
+        let index = PointIndex::<3>::new(&positions);
+        Self { positions, normals, index }
     }
 }
 
@@ -79,26 +78,10 @@ pub(super) struct HeadFrame {
 }
 
 impl HeadFrame {
-    /// The frames of the most likely noses, best first.
-    pub fn candidates(
-        surface: &Cloud,
-        count: usize,
-        observer: &dyn Observer,
-    ) -> Result<Vec<Self>, Cancelled> {
-        let points = SurfacePoints::new(surface);
-        let Some(index) = PointIndex::<3>::new(&points.positions) else { return Ok(Vec::new()) };
-        let mut frames = Vec::new();
-        for tip in nose_tip::candidates(&points, count) {
-            observer.check()?;
-            let Some(plane) = plane_at(&tip.position, &points, &index) else { continue };
-            frames.extend(
-                Self::new(&tip, &plane, &points).map(|frame| {
-                    (plane.share + 0.01 * tip.height_mm / HEIGHT_PER_SYMMETRY_MM, frame)
-                }),
-            );
-        }
-        frames.sort_by(|a, b| b.0.total_cmp(&a.0)); // stable
-        Ok(frames.into_iter().map(|f| f.1).collect())
+    /// The frame about a candidate for the tip of the nose; `None` where the surface is not symmetric.
+    pub fn about(tip: &NoseTip, surface: &SurfacePoints) -> Option<Self> {
+        let plane = plane_at(&tip.position, surface)?;
+        Self::new(tip, &plane, surface)
     }
 
     fn new(tip: &NoseTip, plane: &SymmetryPlane, points: &SurfacePoints) -> Option<Self> {

@@ -28,10 +28,13 @@ const SADDLE_ABOVE_EYES_MM: f64 = 4.8;
 const FOREHEAD_ABOVE_EYES_MM: f64 = 46.4;
 /// Chin below the lower lip; 2.4.
 const CHIN_BELOW_LIP_MM: f64 = 25.3;
-/// Chin above the sharpest bend from chin to neck; 2.0.
-const CHIN_ABOVE_BEND_MM: f64 = 5.3;
-/// The bend is looked for within this distance of where it is expected, mm.
-const BEND_SEARCH_MM: f64 = 9.0;
+/// Chin below the position where the profile recedes by this slope, below the lip by at least this
+/// distance; 2.0.
+const CHIN_SLOPE: f64 = 0.7;
+const CHIN_BELOW_SLOPE_MM: f64 = 1.5;
+const CHIN_SEARCH_MM: f64 = 12.0;
+/// A position farther than this from the expected one is not that of the chin (beard, collar), mm.
+const CHIN_TOLERANCE_MM: f64 = 9.0;
 /// Forehead above the saddle where no eyes are found, mm; standard deviation 1.1.
 const FOREHEAD_ABOVE_SADDLE_MM: f64 = 41.3;
 
@@ -39,29 +42,56 @@ const FOREHEAD_ABOVE_SADDLE_MM: f64 = 41.3;
 const EYE_SIGMA_MM: f64 = 1.0;
 const MOUTH_SIGMA_MM: f64 = 1.0;
 const NOSE_SIGMA_MM: f64 = 1.2;
+const ALA_SIGMA_MM: f64 = 1.6;
 const SADDLE_SIGMA_MM: f64 = 1.3;
 const SADDLE_BY_SHAPE_SIGMA_MM: f64 = 2.5;
-const CHIN_SIGMA_MM: f64 = 2.2;
+const CHIN_SIGMA_MM: f64 = 2.0;
 const FOREHEAD_SIGMA_MM: f64 = 2.5;
 /// Added in quadrature where the depth is interpolated across a hole, mm.
 const UNMEASURED_SIGMA_MM: f64 = 0.7;
 
-/// A landmark in the frontal picture: name, position in the head's frame and its standard
-/// deviation, mm.
-type Placed = (&'static str, Vec2, f64);
+/// The corners of an eye lie so far behind the surface interpolated from lid to lid, mm; standard
+/// deviation 0.6. Means over rendered heads, outer and inner corner.
+const OUTER_BEHIND_MM: f64 = 1.6;
+const INNER_BEHIND_MM: f64 = 1.1;
+/// The ala lies so far in front of the surface, which is smoothed across the steep wing, mm;
+/// standard deviation 1.8.
+const ALA_BEFORE_MM: f64 = 1.5;
+
+/// A landmark in the frontal picture.
+struct Placed {
+    name: &'static str,
+    /// Position in the head's frame, mm.
+    at: Vec2,
+    /// Height above the resampled surface, mm.
+    raised_mm: f64,
+    /// Standard deviation of the position, mm.
+    sigma_mm: f64,
+}
+
+/// A landmark on the resampled surface.
+fn placed(name: &'static str, at: Vec2, sigma_mm: f64) -> Placed {
+    Placed { name, at, raised_mm: 0.0, sigma_mm }
+}
 
 /// The landmarks found in one frontal picture.
 pub(super) struct Face {
     placed: Vec<Placed>,
     /// Number of parts (two eyes, mouth, nose) that were found and agree.
-    pub score: f64,
+    pub parts: u32,
 }
 
 impl Face {
+    /// Whether every part was found.
+    pub fn is_complete(&self) -> bool {
+        self.parts == 4
+    }
+
     /// The landmarks on the measured surface, camera frame.
     pub fn lifted(&self, picture: &FrontalPicture, frame: &HeadFrame) -> Vec<MeasuredLandmark> {
-        let lift = |&(name, at, sigma_mm): &Placed| {
-            let on_surface = Vec3::new(at.x, at.y, picture.height_at(at.x, at.y));
+        let lift = |&Placed { name, at, raised_mm, sigma_mm }: &Placed| {
+            let height = picture.height_at(at.x, at.y) + raised_mm;
+            let on_surface = Vec3::new(at.x, at.y, height);
             let hole = !picture.measured_at(at.x, at.y);
             let extra = if hole { UNMEASURED_SIGMA_MM } else { 0.0 };
             MeasuredLandmark {
@@ -84,28 +114,28 @@ pub(super) fn find(picture: &FrontalPicture) -> Face {
     let eyes = eyes.filter(plausible_eyes);
     let mouth = colors.and_then(mouth::find);
     let (eyes, mouth) = agreeing(eyes, mouth);
-    let mut placed = Vec::new();
-    let mut score = 0.0;
+    let mut list = Vec::new();
+    let mut parts = 0;
     if let Some(nose) = &nose {
-        score += 1.0;
-        place_nose(nose, &mut placed);
+        parts += 1;
+        place_nose(nose, picture, &mut list);
     }
     if let Some([left, right]) = &eyes {
-        score += 2.0;
-        placed.push(("eye_left_outer", left.outer, EYE_SIGMA_MM));
-        placed.push(("eye_left_inner", left.inner, EYE_SIGMA_MM));
-        placed.push(("eye_right_inner", right.inner, EYE_SIGMA_MM));
-        placed.push(("eye_right_outer", right.outer, EYE_SIGMA_MM));
+        parts += 2;
+        list.push(corner("eye_left_outer", left.outer, OUTER_BEHIND_MM));
+        list.push(corner("eye_left_inner", left.inner, INNER_BEHIND_MM));
+        list.push(corner("eye_right_inner", right.inner, INNER_BEHIND_MM));
+        list.push(corner("eye_right_outer", right.outer, OUTER_BEHIND_MM));
     }
     if let Some(mouth) = &mouth {
-        score += 1.0;
-        placed.push(("mouth_left", mouth.left, MOUTH_SIGMA_MM));
-        placed.push(("mouth_right", mouth.right, MOUTH_SIGMA_MM));
-        placed.push(("mouth_up", mouth.up, MOUTH_SIGMA_MM));
-        placed.push(("mouth_down", mouth.down, MOUTH_SIGMA_MM));
+        parts += 1;
+        list.push(placed("mouth_left", mouth.left, MOUTH_SIGMA_MM));
+        list.push(placed("mouth_right", mouth.right, MOUTH_SIGMA_MM));
+        list.push(placed("mouth_up", mouth.up, MOUTH_SIGMA_MM));
+        list.push(placed("mouth_down", mouth.down, MOUTH_SIGMA_MM));
     }
-    place_midline(picture, &profile, nose.as_ref(), eyes.as_ref(), mouth.as_ref(), &mut placed);
-    Face { placed, score }
+    place_midline(picture, &profile, nose.as_ref(), eyes.as_ref(), mouth.as_ref(), &mut list);
+    Face { placed: list, parts }
 }
 
 fn plausible_nose(nose: &Nose) -> bool {
@@ -135,10 +165,26 @@ fn agreeing(eyes: Option<[Eye; 2]>, mouth: Option<Mouth>) -> (Option<[Eye; 2]>, 
     (eyes, mouth)
 }
 
-fn place_nose(nose: &Nose, placed: &mut Vec<Placed>) {
-    placed.push(("nose_tip", nose.tip, NOSE_SIGMA_MM));
-    placed.extend(nose.ala_left.map(|p| ("ala_left", p, NOSE_SIGMA_MM)));
-    placed.extend(nose.ala_right.map(|p| ("ala_right", p, NOSE_SIGMA_MM)));
+/// The corner of an eye.
+fn corner(name: &'static str, at: Vec2, behind_mm: f64) -> Placed {
+    Placed { name, at, raised_mm: -behind_mm, sigma_mm: EYE_SIGMA_MM }
+}
+
+fn place_nose(nose: &Nose, picture: &FrontalPicture, list: &mut Vec<Placed>) {
+    list.push(placed("nose_tip", nose.tip, NOSE_SIGMA_MM));
+    // A position on a steep wing hardly determines the depth: that of both wings is the same.
+    let alae = [("ala_left", nose.ala_left), ("ala_right", nose.ala_right)];
+    let found = alae.iter().filter_map(|(_, at)| *at);
+    let heights: Vec<f64> = found.map(|p| picture.height_at(p.x, p.y)).collect();
+    let mean = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
+    for (name, at) in alae {
+        list.extend(at.map(|at| Placed {
+            name,
+            at,
+            raised_mm: mean - picture.height_at(at.x, at.y) + ALA_BEFORE_MM,
+            sigma_mm: ALA_SIGMA_MM,
+        }));
+    }
 }
 
 /// Saddle, forehead and chin: by their heights relative to eyes and mouth, and by the profile.
@@ -148,7 +194,7 @@ fn place_midline(
     nose: Option<&Nose>,
     eyes: Option<&[Eye; 2]>,
     mouth: Option<&Mouth>,
-    placed: &mut Vec<Placed>,
+    list: &mut Vec<Placed>,
 ) {
     let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
     let eye_centre = eyes.map(|[left, right]| {
@@ -164,20 +210,27 @@ fn place_midline(
         |x: f64, from: Vec3, distance_mm: f64| on_surface_at(picture, x, from, up, distance_mm);
     if let Some(centre) = eye_centre {
         let x = 0.5 * centre.x;
-        placed.push(("nose_saddle", midline(x, centre, SADDLE_ABOVE_EYES_MM), SADDLE_SIGMA_MM));
-        placed.push(("forehead", midline(x, centre, FOREHEAD_ABOVE_EYES_MM), FOREHEAD_SIGMA_MM));
+        list.push(placed("nose_saddle", midline(x, centre, SADDLE_ABOVE_EYES_MM), SADDLE_SIGMA_MM));
+        list.push(placed(
+            "forehead",
+            midline(x, centre, FOREHEAD_ABOVE_EYES_MM),
+            FOREHEAD_SIGMA_MM,
+        ));
     } else if let Some(nose) = nose {
         let saddle = nose.saddle;
-        placed.push(("nose_saddle", saddle, SADDLE_BY_SHAPE_SIGMA_MM));
+        list.push(placed("nose_saddle", saddle, SADDLE_BY_SHAPE_SIGMA_MM));
         let forehead = midline(0.0, lifted(saddle), FOREHEAD_ABOVE_SADDLE_MM);
-        placed.push(("forehead", forehead, SADDLE_BY_SHAPE_SIGMA_MM.hypot(FOREHEAD_SIGMA_MM)));
+        list.push(placed("forehead", forehead, SADDLE_BY_SHAPE_SIGMA_MM.hypot(FOREHEAD_SIGMA_MM)));
     }
     if let Some(mouth) = mouth {
         let expected = midline(0.5 * mouth.down.x, lifted(mouth.down), -CHIN_BELOW_LIP_MM);
-        let below = expected.y - CHIN_ABOVE_BEND_MM;
-        let bend = profile.convex_bend((below - BEND_SEARCH_MM, below + BEND_SEARCH_MM));
-        let y = bend.map_or(expected.y, |b| 0.5 * (expected.y + b + CHIN_ABOVE_BEND_MM));
-        placed.push(("chin", Vec2::new(expected.x, y), CHIN_SIGMA_MM));
+        let tilt = up.z / up.y;
+        let y = profile
+            .receding_below(mouth.down.y - CHIN_SEARCH_MM, tilt, CHIN_SLOPE)
+            .map(|y| y - CHIN_BELOW_SLOPE_MM)
+            .filter(|y| (y - expected.y).abs() < CHIN_TOLERANCE_MM)
+            .map_or(expected.y, |y| 0.5 * (expected.y + y));
+        list.push(placed("chin", Vec2::new(expected.x, y), CHIN_SIGMA_MM));
     }
 }
 

@@ -46,6 +46,9 @@ pub(super) struct Nose {
 pub(super) struct Profile {
     /// Height of the face's surface by step of [`PIXEL_MM`] downward from `top_mm`, mm.
     heights: Vec<f64>,
+    /// The same, smoothed.
+    smooth: Vec<f64>,
+    /// Second derivative of the smoothed heights, 1/mm.
     bends: Vec<f64>,
     top_mm: f64,
 }
@@ -60,12 +63,13 @@ impl Profile {
         };
         let heights: Vec<f64> = (0..steps).map(|i| mean(reach_mm - i as f64 * PIXEL_MM)).collect();
         let row = Gray::from_fn(steps, 1, |i, _| heights[i] as f32);
-        let smooth = row.blurred(CURVATURE_SMOOTH_MM / PIXEL_MM);
-        let at = |i: usize, d: isize| f64::from(smooth.clamped(i as isize + d, 0));
+        let blurred = row.blurred(CURVATURE_SMOOTH_MM / PIXEL_MM);
+        let at = |i: usize, d: isize| f64::from(blurred.clamped(i as isize + d, 0));
         let bends = (0..steps)
             .map(|i| (at(i, -1) - 2.0 * at(i, 0) + at(i, 1)) / PIXEL_MM.powi(2))
             .collect();
-        Self { heights, bends, top_mm: reach_mm }
+        let smooth = (0..steps).map(|i| at(i, 0)).collect();
+        Self { heights, smooth, bends, top_mm: reach_mm }
     }
 
     fn y_mm(&self, index: usize) -> f64 {
@@ -90,8 +94,20 @@ impl Profile {
     }
 
     /// The sharpest convex bend within a range, mm.
-    pub fn convex_bend(&self, range_mm: (f64, f64)) -> Option<f64> {
+    fn convex_bend(&self, range_mm: (f64, f64)) -> Option<f64> {
         self.greatest(range_mm, |_, _, bend| -bend)
+    }
+
+    /// The first position below `from_mm`, downward, at which the profile recedes by more than
+    /// `slope` mm per mm relative to a line of slope `tilt`; mm.
+    pub fn receding_below(&self, from_mm: f64, tilt: f64, slope: f64) -> Option<f64> {
+        let first = ((self.top_mm - from_mm) / PIXEL_MM).ceil().max(1.0) as usize;
+        (first..self.smooth.len().saturating_sub(1))
+            .find(|&i| {
+                let fall = (self.smooth[i - 1] - self.smooth[i + 1]) / (2.0 * PIXEL_MM);
+                fall - tilt > slope
+            })
+            .map(|i| self.y_mm(i))
     }
 
     /// The sharpest concave bend within a range, mm.

@@ -20,6 +20,8 @@ const RISE_QUANTILE: f64 = 0.97;
 const LEVEL_QUANTILE: f64 = 0.6;
 /// Least height of a nose above its surroundings, mm.
 const MIN_HEIGHT_MM: f64 = 6.0;
+/// Every so many-th point is tried; the tip itself is found later.
+const STRIDE: usize = 2;
 /// Candidates are at least this far apart, mm.
 const SEPARATION_MM: f64 = 15.0;
 
@@ -33,9 +35,10 @@ pub(super) struct NoseTip {
 
 /// The highest candidates, at most `count`.
 pub(super) fn candidates(points: &SurfacePoints, count: usize) -> Vec<NoseTip> {
-    let Some(index) = PointIndex::<3>::new(&points.positions) else { return Vec::new() };
+    let Some(index) = &points.index else { return Vec::new() };
+    let tried: Vec<&Vec3> = points.positions.iter().step_by(STRIDE).collect();
     let found: Vec<Option<NoseTip>> =
-        points.positions.par_iter().map(|p| candidate(p, points, &index)).collect();
+        tried.par_iter().map(|p| candidate(p, points, index)).collect();
     let mut found: Vec<NoseTip> = found.into_iter().flatten().collect();
     found.sort_by(|a, b| b.height_mm.total_cmp(&a.height_mm)); // stable: ties keep their order
     let mut apart: Vec<NoseTip> = Vec::new();

@@ -1,6 +1,7 @@
 //! The plane of symmetry of a face, by ICP of the surface with its mirror image.
 
 use nalgebra::Rotation3;
+use rayon::prelude::*;
 
 use super::head_frame::SurfacePoints;
 use crate::math::{Mat3, Vec3};
@@ -62,30 +63,27 @@ impl SymmetryPlane {
 }
 
 /// The plane of symmetry near a point; `None` where too little is symmetric.
-pub(super) fn plane_at(
-    centre: &Vec3,
-    points: &SurfacePoints,
-    index: &PointIndex<3>,
-) -> Option<SymmetryPlane> {
+pub(super) fn plane_at(centre: &Vec3, points: &SurfacePoints) -> Option<SymmetryPlane> {
+    let index = points.index.as_ref()?;
     let mut region: Vec<usize> =
         index.within(&[centre.x, centre.y, centre.z], RADIUS_MM).iter().map(|n| n.index).collect();
     region.sort_unstable();
     let few: Vec<usize> = region.iter().copied().step_by(TRIAL_STRIDE).collect();
+    let starts: Vec<(f64, f64)> =
+        YAWS_DEG.iter().flat_map(|&yaw| ROLLS_DEG.map(|roll| (yaw, roll))).collect();
+    let trials: Vec<Option<SymmetryPlane>> = starts
+        .par_iter()
+        .map(|(yaw, roll)| {
+            let turn = Rotation3::from_euler_angles(0.0, yaw.to_radians(), roll.to_radians());
+            let normal = turn * Vec3::x();
+            let start = SymmetryPlane { normal, offset: 0.0, centre: *centre, share: 0.0 };
+            fit(start, &few, points, index, TRIAL_STEPS)
+        })
+        .collect();
     let mut best: Option<SymmetryPlane> = None;
-    for yaw in YAWS_DEG {
-        for roll in ROLLS_DEG {
-            let turn =
-                Rotation3::from_euler_angles(0.0, f64::to_radians(yaw), f64::to_radians(roll));
-            let start = SymmetryPlane {
-                normal: turn * Vec3::x(),
-                offset: 0.0,
-                centre: *centre,
-                share: 0.0,
-            };
-            let Some(plane) = fit(start, &few, points, index, TRIAL_STEPS) else { continue };
-            if best.is_none_or(|b| plane.share > b.share) {
-                best = Some(plane);
-            }
+    for plane in trials.into_iter().flatten() {
+        if best.is_none_or(|b| plane.share > b.share) {
+            best = Some(plane);
         }
     }
     let plane = fit(best?, &region, points, index, STEPS)?;
