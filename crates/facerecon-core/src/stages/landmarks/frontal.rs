@@ -98,8 +98,8 @@ fn resampled_height(input: &LandmarksInput<'_>, frame: &HeadFrame) -> (Gray, Ras
         .points
         .iter()
         .zip(&input.surface.normals)
-        .filter(|(_, n)| frame.direction_from_camera(n).z > MIN_FACING)
-        .map(|(p, _)| frame.from_camera(p))
+        .filter(|(_, n)| frame.turn(n).z > MIN_FACING)
+        .map(|(p, _)| frame.place(p))
         .filter(|p| (DEPTH_MM.0..DEPTH_MM.1).contains(&p.z))
         .filter_map(|p| {
             let at = pixel(p.x, p.y);
@@ -164,7 +164,7 @@ fn colors(
     let rig = input.rectification.rig.as_ref()?;
     let views = [&input.rectification.left, &input.rectification.right];
     let right_centre = rig.camera_from_rectified * Vec3::new(rig.baseline_mm, 0.0, 0.0);
-    let centres = [Vec3::zeros(), right_centre].map(|c| frame.from_camera(&c));
+    let centres = [Vec3::zeros(), right_centre].map(|c| frame.place(&c));
     let (width, rows) = height.size();
     let sampled = Raster::par_from_fn(width, rows, |u, v| {
         let p = position(u as f64, v as f64);

@@ -129,13 +129,13 @@ impl HeadFrame {
         Self { origin: self.origin + shift, ..self }
     }
 
-    /// A direction or position of the camera frame (relative to the tip) in the head's frame.
-    pub fn from_camera(&self, p: &Vec3) -> Vec3 {
+    /// A position of the camera frame in the head's frame.
+    pub fn place(&self, p: &Vec3) -> Vec3 {
         self.rotation * (viewer_axes(p) - self.origin)
     }
 
     /// A direction of the camera frame in the head's frame.
-    pub fn direction_from_camera(&self, d: &Vec3) -> Vec3 {
+    pub fn turn(&self, d: &Vec3) -> Vec3 {
         self.rotation * viewer_axes(d)
     }
 
