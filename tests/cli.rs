@@ -8,14 +8,16 @@ use cli::Bench;
 use serde_json::Value;
 
 /// The files of a result (of a capture with a plain pair).
-const RESULT: [&str; 11] = [
+const RESULT: [&str; 13] = [
     "cloud.ply",
     "coverage.png",
     "depth_left.png",
     "depth_right.png",
+    "distances.csv",
     "face.glb",
     "face.mtl",
     "face.obj",
+    "landmarks.csv",
     "matches.csv",
     "report.html",
     "result.json",
@@ -44,8 +46,28 @@ fn reconstruct_writes_every_file_and_prints_the_result() {
     for stage in ["rectify", "detect", "correspond", "refine", "register", "deform", "total"] {
         assert!(stages.contains_key(stage), "{stage} is not timed");
     }
-    let width = facts["face_width_mm"].as_f64().unwrap();
-    assert!((100.0..200.0).contains(&width), "{width}");
+    let landmarks = facts["landmarks"].as_array().unwrap();
+    assert_eq!(landmarks.len(), 18);
+    let table = bench.text("out/landmarks.csv");
+    assert_eq!(table.lines().count(), 19, "{table}");
+    // a length that rests on the template alone is not a measurement
+    let known =
+        |name: &str| landmarks.iter().any(|l| l["name"] == name && l["status"] != "template only");
+    let both = known("ear_left_upper") && known("ear_right_upper");
+    assert_eq!(facts["face_width_mm"].is_number(), both);
+    for distance in facts["distances"].as_array().unwrap() {
+        let measured =
+            known(distance["from"].as_str().unwrap()) && known(distance["to"].as_str().unwrap());
+        assert_eq!(distance["value_mm"].is_number(), measured, "{distance}");
+        assert_eq!(distance["template_mm"].is_number(), !measured, "{distance}");
+    }
+    let level = facts["verdict"]["level"].as_str().unwrap();
+    assert!(["good", "usable", "doubtful"].contains(&level), "{level}");
+    assert!(facts["verdict"]["figures"]["measured_share"].as_f64().unwrap() > 0.5);
+    bench.done("render out/face.glb --mode uncertainty -o sigma.png -q");
+    assert!(
+        bench.run("render out/face.obj --mode uncertainty -o no.png").err.contains("deviation")
+    );
     let report = bench.text("out/report.html");
     for remote in ["src=\"http", "href=\"http", "url(http"] {
         assert!(!report.contains(remote), "the report needs the network: {remote}");

@@ -200,7 +200,8 @@ pub(crate) struct RenderArgs {
     /// Views, side by side: front, three-quarter, profile ...
     #[arg(long, value_delimiter = ',', default_value = "front,three-quarter,profile")]
     pub(crate) view: Vec<String>,
-    /// Render mode: shaded, textured, lit (textured in studio light), wireframe or heat.
+    /// Render mode: shaded, textured, lit (textured in studio light), wireframe, heat, or
+    /// uncertainty (standard deviation of measured vertices; face.glb of a result has it).
     #[arg(long, default_value = "shaded")]
     pub(crate) mode: String,
     /// Mesh to which the distances of the heat map are measured.

@@ -22,9 +22,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     write_result(&result, &loaded.capture, &face, &recorder.take(), Frame::Model, false)?;
 
     println!("{} matches, {} vertices", face.matches.len(), face.mesh.vertices.len());
-    if let Some(size) = face.face_size() {
-        println!("{:.1} mm wide, {:.1} mm high", size.width_mm, size.height_mm);
+    for distance in face.face_distances().iter().filter(|d| d.is_measured) {
+        let (mm, sigma) = (distance.value_mm, distance.sigma_mm);
+        println!("{}: {mm:.1} mm, standard deviation {sigma:.1} mm", distance.term.term);
     }
+    println!("{}", face.verdict());
     for warning in loaded.warnings.iter().chain(&face.warnings) {
         println!("warning: {warning}");
     }

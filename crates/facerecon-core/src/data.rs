@@ -1,5 +1,6 @@
 //! Data that stages exchange: rasters, dots and matches, clouds, meshes, captures.
 
+mod anthropometry;
 mod blocks;
 pub(crate) mod blur;
 mod capture;
@@ -14,6 +15,7 @@ pub(crate) mod test_meshes;
 mod topology;
 mod validation;
 
+pub use anthropometry::{DISTANCES, DistanceTerm, LANDMARK_TERMS, LandmarkTerm, PictureSide};
 pub use capture::{Capture, ExtraPhoto, Pattern, PatternKind, Photo, Seeds};
 pub use cloud::{Cloud, CloudFrame};
 pub(crate) use landmarks::unknown_landmark;

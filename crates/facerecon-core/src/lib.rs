@@ -57,5 +57,6 @@ pub mod synthetic;
 pub mod template;
 
 pub use pipeline::{
-    Error, FaceSize, Params, Profile, Reconstruction, check_capture, reconstruct, single_stage,
+    Error, FaceDistance, FaceLandmark, FaceSize, FaceVerdict, LandmarkStatus, Params, Profile,
+    Reason, Reconstruction, VerdictFigures, VerdictLevel, check_capture, reconstruct, single_stage,
 };

@@ -1,6 +1,7 @@
 //! What a run leaves on disk: result folders, reports, batches.
 
 pub mod batch;
+mod number_tables;
 mod record;
 pub mod report;
 mod result_files;

@@ -4,19 +4,21 @@
 use facerecon_core::data::{Cloud, Gray, Mesh, Photo, Raster, Rgb};
 use facerecon_core::math::{Similarity, Vec2, Vec3};
 use numpy::{
-    Element, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    Element, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// `(vertices, faces, uvs, face_uvs, colors)`.
+/// `(vertices, faces, uvs, face_uvs, colors, sigmas, measured)`.
 pub(crate) type MeshIn<'py> = (
     PyReadonlyArray2<'py, f64>,
     PyReadonlyArray2<'py, u32>,
     Option<PyReadonlyArray2<'py, f64>>,
     Option<PyReadonlyArray2<'py, u32>>,
     Option<PyReadonlyArray2<'py, u8>>,
+    Option<PyReadonlyArray1<'py, f64>>,
+    Option<PyReadonlyArray1<'py, bool>>,
 );
 /// See [`MeshIn`].
 pub(crate) type MeshOut<'py> = (
@@ -25,6 +27,8 @@ pub(crate) type MeshOut<'py> = (
     Option<Bound<'py, PyArray2<f64>>>,
     Option<Bound<'py, PyArray2<u32>>>,
     Option<Bound<'py, PyArray2<u8>>>,
+    Option<Bound<'py, PyArray1<f64>>>,
+    Option<Bound<'py, PyArray1<bool>>>,
 );
 /// `(points, normals, colors, sigmas)`.
 pub(crate) type CloudOut<'py> = (
@@ -63,13 +67,15 @@ pub(crate) fn pixels(array: &PyReadonlyArray2<'_, f64>, what: &str) -> PyResult<
 
 /// A mesh from its arrays.
 pub(crate) fn mesh(parts: &MeshIn<'_>) -> PyResult<Mesh> {
-    let (vertices, faces, uvs, face_uvs, colors) = parts;
+    let (vertices, faces, uvs, face_uvs, colors, sigmas, measured) = parts;
     Ok(Mesh {
         vertices: points(vertices, "vertices")?,
         faces: rows(faces, "faces")?,
         uvs: uvs.as_ref().map(|a| rows(a, "uv")).transpose()?.unwrap_or_default(),
         face_uvs: face_uvs.as_ref().map(|a| rows(a, "uv_faces")).transpose()?.unwrap_or_default(),
         colors: colors.as_ref().map(|a| rows(a, "colors")).transpose()?.unwrap_or_default(),
+        sigmas: sigmas.as_ref().map(|a| a.as_array().to_vec()).unwrap_or_default(),
+        measured: measured.as_ref().map(|a| a.as_array().to_vec()).unwrap_or_default(),
     })
 }
 
@@ -137,12 +143,15 @@ pub(crate) fn pixels_out<'py>(
 pub(crate) fn mesh_out(py: Python<'_>, mesh: Mesh) -> PyResult<MeshOut<'_>> {
     let has_uv = mesh.has_uv();
     let has_colors = !mesh.colors.is_empty();
+    let has_uncertainty = mesh.has_uncertainty();
     Ok((
         points_out(py, &mesh.vertices)?,
         array(py, mesh.faces)?,
         has_uv.then(|| array(py, mesh.uvs)).transpose()?,
         has_uv.then(|| array(py, mesh.face_uvs)).transpose()?,
         has_colors.then(|| array(py, mesh.colors)).transpose()?,
+        has_uncertainty.then(|| PyArray1::from_vec(py, mesh.sigmas)),
+        has_uncertainty.then(|| PyArray1::from_vec(py, mesh.measured)),
     ))
 }
 

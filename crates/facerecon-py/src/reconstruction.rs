@@ -121,6 +121,11 @@ impl Reconstruction {
         report::summary(&self.found)
     }
 
+    /// The verdict as one sentence.
+    fn verdict(&self) -> String {
+        self.found.verdict().to_string()
+    }
+
     fn report_html(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| report::html(&self.capture, &self.found, &self.record))
             .map_err(|error| to_py(py, error))

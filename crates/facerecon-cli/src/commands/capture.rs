@@ -6,6 +6,7 @@ use facerecon_core::io::capture::{
     CaptureFiles, LoadedCapture, new_capture_toml, read_capture_with,
 };
 use facerecon_core::io::{IoError, atomic};
+use facerecon_core::observer::WarningCollector;
 use facerecon_core::stages::check::Verdict;
 use facerecon_core::{Params, check_capture};
 use serde_json::json;
@@ -56,16 +57,21 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
 /// Checks the photographs of a capture.
 pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let loaded = read(args)?;
-    let report = check_capture(&loaded.capture, &Params::default(), &())?;
+    // the findings are printed below; what rectify found would be lost without an observer
+    let observer = WarningCollector::new(&());
+    let report = check_capture(&loaded.capture, &Params::default(), &observer)?;
+    let is_finding = |w: &String| w.starts_with("check: ");
+    let rectify: Vec<_> = observer.into_warnings().into_iter().filter(|w| !is_finding(w)).collect();
+    let warnings: Vec<_> = loaded.warnings.into_iter().chain(rectify).collect();
     if terminal.json {
         terminal.result(&to_json(&json!({
-            "good": report.is_good() && loaded.warnings.is_empty(),
+            "good": report.is_good() && warnings.is_empty(),
             "findings": report.findings,
-            "warnings": loaded.warnings,
+            "warnings": warnings,
         })));
         return Ok(());
     }
-    for warning in &loaded.warnings {
+    for warning in &warnings {
         terminal.warning(warning);
     }
     for finding in &report.findings {

@@ -34,6 +34,7 @@ pub(super) fn reconstruct(args: &ReconstructArgs, terminal: &Terminal) -> Result
     )?;
     print_summary(&found, terminal);
     terminal.message(format!("wrote {}", args.output.display()));
+    terminal.message(found.verdict().to_string());
     if terminal.json {
         terminal.result(&to_json(&output::result_json(&found)));
     }

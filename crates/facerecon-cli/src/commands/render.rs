@@ -2,6 +2,7 @@
 
 use facerecon_core::data::Mesh;
 use facerecon_core::io;
+use facerecon_core::math::percentile;
 use facerecon_core::render::{Frame, Heat, Mode, Scene, View, contact_sheet};
 use facerecon_core::spatial::SurfaceIndex;
 
@@ -39,7 +40,25 @@ pub(super) fn render(args: &RenderArgs, terminal: &Terminal) -> Result<(), Failu
     };
     let sheet = contact_sheet(&scene, &views, mode, (args.size, args.size))?;
     io::image::write_png(&args.output, &sheet)?;
-    terminal.wrote(&[&args.output], json!({ "width": sheet.width(), "height": sheet.height() }));
+    let mut facts = json!({ "width": sheet.width(), "height": sheet.height() });
+    if mode == Mode::Uncertainty {
+        let mesh = &loaded.mesh;
+        let sigmas: Vec<f64> =
+            mesh.sigmas.iter().zip(&mesh.measured).filter(|m| *m.1).map(|m| *m.0).collect();
+        let share = sigmas.len() as f64 / mesh.vertices.len().max(1) as f64;
+        let at = |q| percentile(&sigmas, q).unwrap_or(f64::NAN);
+        terminal.message(format!(
+            "{:.0} % of the vertices were measured (grey: not); their standard deviation is {:.2} mm \
+             (median), {:.2} mm (95th percentile)",
+            100.0 * share,
+            at(0.5),
+            at(0.95)
+        ));
+        facts["measured_share"] = json!(share);
+        facts["sigma_median_mm"] = json!(percentile(&sigmas, 0.5));
+        facts["sigma_p95_mm"] = json!(percentile(&sigmas, 0.95));
+    }
+    terminal.wrote(&[&args.output], facts);
     Ok(())
 }
 

@@ -18,6 +18,11 @@ pub struct Mesh {
     pub face_uvs: Vec<[u32; 3]>,
     /// sRGB colour of each vertex; empty when the mesh has none.
     pub colors: Vec<[u8; 3]>,
+    /// Standard deviation of each vertex along its normal, in the unit of `vertices`; empty when it
+    /// is not known.
+    pub sigmas: Vec<f64>,
+    /// Whether measured points support each vertex; empty when it is not known.
+    pub measured: Vec<bool>,
 }
 
 /// A mesh that cannot be used.
@@ -84,6 +89,15 @@ impl Mesh {
             let (got, expected) = (self.colors.len(), self.vertices.len());
             return Err(MeshError::Lengths { what: "vertex colours", got, expected });
         }
+        let expected = self.vertices.len();
+        for (what, got) in [
+            ("standard deviations of vertices", self.sigmas.len()),
+            ("measured flags of vertices", self.measured.len()),
+        ] {
+            if got != 0 && got != expected {
+                return Err(MeshError::Lengths { what, got, expected });
+            }
+        }
         let check = |faces: &[[u32; 3]], count: usize| {
             for (face, corners) in faces.iter().enumerate() {
                 if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
@@ -132,7 +146,13 @@ impl Mesh {
         Some(self.vertices.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
     }
 
-    /// The same mesh with other vertex positions.
+    /// Whether every vertex has a standard deviation and a measured flag.
+    pub fn has_uncertainty(&self) -> bool {
+        let count = self.vertices.len();
+        count > 0 && self.sigmas.len() == count && self.measured.len() == count
+    }
+
+    /// The same mesh with other vertex positions; their uncertainty is unknown.
     pub fn with_vertices(&self, vertices: Vec<Vec3>) -> Self {
         Self {
             vertices,
@@ -140,11 +160,17 @@ impl Mesh {
             uvs: self.uvs.clone(),
             face_uvs: self.face_uvs.clone(),
             colors: self.colors.clone(),
+            ..Self::default()
         }
     }
 
     /// The mesh in another frame.
     pub fn transformed(&self, target_from_source: &Similarity) -> Self {
-        self.with_vertices(self.vertices.iter().map(|v| target_from_source.apply(v)).collect())
+        let vertices = self.vertices.iter().map(|v| target_from_source.apply(v)).collect();
+        Self {
+            sigmas: self.sigmas.iter().map(|s| s * target_from_source.scale).collect(),
+            measured: self.measured.clone(),
+            ..self.with_vertices(vertices)
+        }
     }
 }

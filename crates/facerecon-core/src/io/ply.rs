@@ -44,12 +44,17 @@ fn encode_cloud(cloud: &Cloud, comment: &str) -> Vec<u8> {
     out
 }
 
-/// The bytes of a PLY file with a mesh: `x y z` (double), colours where it has them, triangles, and
-/// for each triangle its texture coordinates (`texcoord`, six floats) where it has them.
+/// The bytes of a PLY file with a mesh: `x y z` (double), colours, `sigma_mm` (float) and `measured`
+/// (uchar, 0 or 1) where it has them, triangles, and for each triangle its texture coordinates
+/// (`texcoord`, six floats) where it has them.
 fn encode_mesh(mesh: &Mesh, comment: &str) -> Vec<u8> {
     let colors = !mesh.colors.is_empty() && mesh.colors.len() == mesh.vertices.len();
     let uvs = !mesh.face_uvs.is_empty() && mesh.face_uvs.len() == mesh.faces.len();
     let mut out = header(comment, mesh.vertices.len(), false, colors);
+    let uncertainty = mesh.has_uncertainty();
+    if uncertainty {
+        out += "property float sigma_mm\nproperty uchar measured\n";
+    }
     out += &format!("element face {}\n", mesh.faces.len());
     out += "property list uchar uint vertex_indices\n";
     if uvs {
@@ -60,6 +65,10 @@ fn encode_mesh(mesh: &Mesh, comment: &str) -> Vec<u8> {
         vertex(&mut out, point);
         if colors {
             out.extend(mesh.colors[i]);
+        }
+        if uncertainty {
+            out.extend((mesh.sigmas[i] as f32).to_le_bytes());
+            out.push(u8::from(mesh.measured[i]));
         }
     }
     for (i, face) in mesh.faces.iter().enumerate() {
@@ -106,8 +115,9 @@ pub fn write_cloud(path: &Path, cloud: &Cloud, comment: &str) -> Result<(), IoEr
     atomic::write(path, &encode_cloud(cloud, comment))
 }
 
-/// Writes a mesh: `x y z` (double), colours, triangles and their texture coordinates. A texture is written as `NAME.png` in the same folder, which
-/// the header names (`comment TextureFile`).
+/// Writes a mesh: `x y z` (double), colours, `sigma_mm` and `measured` where it has them, triangles
+/// and their texture coordinates. A texture is written as `NAME.png` in the same folder, which the
+/// header names (`comment TextureFile`).
 ///
 /// # Errors
 /// [`IoError::Write`].

@@ -2,6 +2,7 @@
 //! in words. The page's template is `templates/report.html`.
 
 pub mod marks;
+mod numbers;
 mod overview;
 mod page;
 mod pictures;

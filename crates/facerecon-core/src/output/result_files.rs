@@ -8,8 +8,9 @@ use crate::camera::Rectification;
 use crate::data::{Capture, Match};
 use crate::io;
 use crate::io::table::MatchRow;
-use crate::math::{Similarity, Vec3};
+use crate::math::{Similarity, Vec3, percentile};
 use crate::output::Record;
+use crate::output::number_tables::{self, tenths};
 use crate::output::report;
 use crate::pipeline::Error;
 use crate::pipeline::Reconstruction;
@@ -34,8 +35,12 @@ pub fn result_json(found: &Reconstruction) -> Value {
         "faces": found.mesh.faces.len(),
         "metric": found.metric,
         "unit": if found.metric { "mm" } else { "model units" },
-        "face_width_mm": size.map(|s| round(s.width_mm, 2)),
-        "face_height_mm": size.map(|s| round(s.height_mm, 2)),
+        "verdict": verdict_json(found),
+        "face_width_mm": size.and_then(|s| s.width_mm).map(tenths),
+        "face_height_mm": size.and_then(|s| s.height_mm).map(tenths),
+        "landmarks": number_tables::landmarks_json(found),
+        "distances": number_tables::distances_json(found),
+        "uncertainty": uncertainty_json(found),
         "model_from_camera": found.model_from_camera.to_rows(),
         "registration": found.registration.as_ref().map(|pose| {
             let mut facts = registration_json(pose);
@@ -57,6 +62,36 @@ pub fn result_json(found: &Reconstruction) -> Value {
         "timings_ms": timings,
         "warnings": found.warnings,
         "params": found.params,
+    })
+}
+
+/// The verdict with figures of three decimal places.
+fn verdict_json(found: &Reconstruction) -> Value {
+    fn rounded(value: Value) -> Value {
+        match value {
+            Value::Number(n) if n.is_f64() => json!(n.as_f64().map(|v| round(v, 3))),
+            Value::Object(fields) => fields.into_iter().map(|(k, v)| (k, rounded(v))).collect(),
+            other => other,
+        }
+    }
+    let verdict = found.verdict();
+    json!({
+        "level": verdict.level,
+        "reasons": verdict.reasons,
+        "figures": rounded(json!(verdict.figures)),
+    })
+}
+
+/// Share of the vertices that were measured, and the standard deviations of these.
+fn uncertainty_json(found: &Reconstruction) -> Value {
+    let mesh = &found.mesh;
+    let measured = || mesh.sigmas.iter().zip(&mesh.measured).filter(|(_, m)| **m);
+    let sigmas: Vec<f64> = measured().map(|(s, _)| *s).collect();
+    let quantile = |q| percentile(&sigmas, q).map(|s| round(s, 3));
+    json!({
+        "measured_vertices": sigmas.len(),
+        "sigma_median_mm": quantile(0.5),
+        "sigma_p95_mm": quantile(0.95),
     })
 }
 
@@ -137,6 +172,12 @@ fn write_files(folder: &Path, result: &Reconstruction, frame: Frame) -> Result<(
     let comment = format!("measured points, {frame} frame, {unit}");
     io::ply::write_cloud(&folder.join("cloud.ply"), &cloud, &comment)?;
     io::table::write_matches(&folder.join("matches.csv"), &match_rows(result, frame))?;
+    for (name, table) in [
+        ("landmarks.csv", number_tables::landmarks_csv(result)),
+        ("distances.csv", number_tables::distances_csv(result)),
+    ] {
+        io::atomic::write(&folder.join(name), table.as_bytes())?;
+    }
     for (name, depth) in ["depth_left.png", "depth_right.png"].iter().zip(&result.depth) {
         io::image::write_png(&folder.join(name), &depth.to_u8())?;
     }

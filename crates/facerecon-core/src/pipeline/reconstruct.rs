@@ -6,6 +6,7 @@ use super::measured::{Measured, Points};
 use super::photo_check::check_rectified;
 use super::run::Run;
 use super::shape::{self, Shape};
+use super::uncertainty::with_uncertainty;
 use super::{Error, Params, Reconstruction, inputs};
 use crate::data::{Capture, CloudFrame, Dot, Match, Mesh};
 use crate::observer::{Artifact, Observer};
@@ -63,21 +64,17 @@ pub fn reconstruct(
     let smoothed =
         run.stage("smooth", |o| smooth(&shape.mesh, &shape.reference, &params.smooth, o))?;
     run.artifact("smooth", "mesh", Artifact::Mesh(&smoothed.mesh));
-    let texture = paint(
-        &run,
-        capture,
-        &rectified,
-        &smoothed.mesh,
-        &shape,
-        &points,
-        &matches,
-        template,
-        params,
-    )?;
+    let mesh = with_uncertainty(
+        smoothed.mesh,
+        &points.all.transformed(&shape.model_from_camera),
+        &shape.model_from_camera.translation,
+    );
+    let texture =
+        paint(&run, capture, &rectified, &mesh, &shape, &points, &matches, template, params)?;
 
     let (timings_ms, warnings) = run.finish();
     Ok(Reconstruction {
-        mesh: smoothed.mesh,
+        mesh,
         landmarks: shape.landmarks,
         texture,
         cloud: points.all,

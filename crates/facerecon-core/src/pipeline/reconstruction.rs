@@ -13,7 +13,7 @@ use crate::stages::texture::Texture;
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
     /// The face: the template's topology, or the measured surface itself; model frame, millimetres
-    /// when `metric`.
+    /// when `metric`. Each vertex has a standard deviation and a measured flag.
     pub mesh: Mesh,
     /// Vertex numbers of the features on `mesh`; none on the measured surface.
     pub landmarks: Landmarks,
@@ -51,15 +51,6 @@ pub struct Reconstruction {
     pub params: Params,
 }
 
-/// Lengths of the face, millimetres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaceSize {
-    /// Between the upper ear connections.
-    pub width_mm: f64,
-    /// From the saddle of the nose to the chin.
-    pub height_mm: f64,
-}
-
 impl Reconstruction {
     /// The face in a frame.
     pub fn mesh_in(&self, frame: Frame) -> Mesh {
@@ -67,18 +58,5 @@ impl Reconstruction {
             Frame::Model => self.mesh.clone(),
             Frame::Camera => self.mesh.transformed(&self.model_from_camera.inverse()),
         }
-    }
-
-    /// Width and height of the face; `None` without metric units or without the features.
-    pub fn face_size(&self) -> Option<FaceSize> {
-        let at = |name: &str| self.mesh.vertices.get(*self.landmarks.get(name)?).copied();
-        let between = |a: &str, b: &str| -> Option<f64> { Some((at(a)? - at(b)?).norm()) };
-        if !self.metric {
-            return None;
-        }
-        Some(FaceSize {
-            width_mm: between("ear_left_upper", "ear_right_upper")?,
-            height_mm: between("nose_saddle", "chin")?,
-        })
     }
 }

@@ -36,6 +36,11 @@ pub enum RenderError {
         /// Number of vertices.
         expected: usize,
     },
+    /// A mesh without standard deviations.
+    #[error(
+        "the mesh has no standard deviations and measured flags of its vertices; use face.glb of a result folder, or a PLY written from it"
+    )]
+    NoUncertainty,
     /// An unknown view.
     #[error("there is no view {got:?}; the views are: {names}")]
     View {

@@ -26,6 +26,9 @@ choices! {
         Wireframe = "wireframe",
         /// Values at the vertices as colours, with a legend.
         Heat = "heat",
+        /// The standard deviation of measured vertices as colours, with a legend in mm; grey where
+        /// nothing was measured.
+        Uncertainty = "uncertainty",
     }
 }
 
@@ -41,6 +44,10 @@ const LIT_EXPOSURE: f64 = 1.35;
 /// A surface that faces away by more than this cosine shows its inside; the inside is dimmer.
 const INSIDE_COSINE: f64 = -0.1;
 const INSIDE_LIGHT: f64 = 0.45;
+
+/// End of the scale of standard deviations, mm: five times those of a face, so that pictures of
+/// different results can be compared.
+const UNCERTAINTY_LIMIT_MM: f64 = 1.0;
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +102,9 @@ pub struct Studio<'a> {
     mode: Mode,
     normals: Vec<Vec3>,
     openness: Vec<f64>,
-    /// Value at the end of the heat map's scale.
+    /// Values drawn as colours, one per vertex; NaN is grey.
+    values: Vec<f64>,
+    /// Value at the end of their scale.
     limit: f64,
     linear: [f64; 256],
 }
@@ -104,7 +113,7 @@ impl<'a> Studio<'a> {
     /// Prepares a scene.
     ///
     /// # Errors
-    /// [`RenderError`] for an invalid mesh, or a heat map without values.
+    /// [`RenderError`] for an invalid mesh, or colours without values.
     pub fn new(scene: &Scene<'a>, mode: Mode) -> Result<Self, RenderError> {
         let openness = match mode {
             Mode::Textured => Vec::new(),
@@ -131,8 +140,20 @@ impl<'a> Studio<'a> {
         }
         openness.resize(expected, 1.0);
         let normals = scene.mesh.vertex_normals();
-        let limit = scene.heat.map_or(1.0, |h| h.limit());
-        Ok(Self { scene: *scene, mode, normals, openness, limit, linear: linear_table() })
+        let (values, limit) = match (mode, &scene.heat) {
+            (Mode::Uncertainty, _) => {
+                if !scene.mesh.has_uncertainty() {
+                    return Err(RenderError::NoUncertainty);
+                }
+                let pairs = scene.mesh.sigmas.iter().zip(&scene.mesh.measured);
+                let shown =
+                    pairs.map(|(sigma, measured)| if *measured { *sigma } else { f64::NAN });
+                (shown.collect(), UNCERTAINTY_LIMIT_MM)
+            }
+            (Mode::Heat, Some(heat)) => (heat.values.to_vec(), heat.limit()),
+            _ => (Vec::new(), 1.0),
+        };
+        Ok(Self { scene: *scene, mode, normals, openness, values, limit, linear: linear_table() })
     }
 
     /// Unoccluded fraction of the sky at each vertex, 0 to 1.
@@ -164,8 +185,10 @@ impl<'a> Studio<'a> {
         let framing = Framing::new(self.scene.mesh, view, self.scene.frame);
         let camera = framing.camera(focal_px.unwrap_or_else(|| framing.focal_px(room)), room);
         let mut image = self.draw(&camera, &framing.camera_from_mesh, size)?;
-        if let (Mode::Heat, Some(heat)) = (self.mode, &self.scene.heat) {
-            draw_legend(&mut image, self.limit, heat.unit);
+        match (self.mode, &self.scene.heat) {
+            (Mode::Uncertainty, _) => draw_legend(&mut image, self.limit, "mm"),
+            (Mode::Heat, Some(heat)) => draw_legend(&mut image, self.limit, heat.unit),
+            _ => {}
         }
         Ok(image)
     }
@@ -221,10 +244,10 @@ impl<'a> Studio<'a> {
             }
             Mode::Shaded => Vec3::from(SHADED),
             Mode::Wireframe => Vec3::from(WIREFRAME_SURFACE),
-            Mode::Heat => self.scene.heat.map_or(Vec3::zeros(), |heat| {
-                let color = heat_color(mix(&|i| heat.values[i]) / self.limit);
+            Mode::Heat | Mode::Uncertainty => {
+                let color = heat_color(mix(&|i| self.values[i]) / self.limit);
                 from_rgb(color, &self.linear) * HEAT_EXPOSURE
-            }),
+            }
         };
         if self.mode == Mode::Textured {
             return albedo;
@@ -258,7 +281,10 @@ impl<'a> Studio<'a> {
 
 /// The part of a picture that the mesh fills: in heat maps the legend takes the lower tenth.
 pub(super) fn room(mode: Mode, (width, height): (usize, usize)) -> (usize, usize) {
-    if mode == Mode::Heat { (width, (height * 9 / 10).max(1)) } else { (width, height) }
+    match mode {
+        Mode::Heat | Mode::Uncertainty => (width, (height * 9 / 10).max(1)),
+        _ => (width, height),
+    }
 }
 
 /// A grey gradient, linear; brighter at the top.

@@ -167,7 +167,7 @@ fn the_texture_stands_the_right_way_up() {
         faces: vec![[0, 1, 2], [0, 2, 3]],
         uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
         face_uvs: vec![[0, 1, 2], [0, 2, 3]],
-        colors: Vec::new(),
+        ..Mesh::default()
     };
     let texture = Rgb::from_fn(8, 8, |x, y| {
         [if y < 4 { 255 } else { 0 }, x as u8 * 30, if y < 4 { 0 } else { 255 }]
@@ -204,4 +204,24 @@ fn hollows_are_darker_than_hills() {
     assert!(bottom < 0.6 && open[0] > bottom + 0.2, "{bottom} {}", open[0]);
     let sphere = ambient_openness(&dummy_head(30, 40)).unwrap();
     assert!(sphere[200] > 0.95, "{}", sphere[200]);
+}
+
+#[test]
+fn the_uncertainty_of_a_mesh_is_drawn_and_required() {
+    let mut mesh = Mesh {
+        vertices: vec![Vec3::zeros(), Vec3::new(80.0, 0.0, 0.0), Vec3::new(0.0, 80.0, 0.0)],
+        faces: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let drawn = |mesh: &Mesh| picture(&Scene::new(mesh), View::Front, Mode::Uncertainty, (80, 80));
+    assert_eq!(drawn(&mesh).unwrap_err(), RenderError::NoUncertainty);
+    (mesh.sigmas, mesh.measured) = (vec![0.1; 3], vec![true; 3]);
+    let precise = drawn(&mesh).unwrap();
+    mesh.sigmas = vec![0.9; 3];
+    let vague = drawn(&mesh).unwrap();
+    mesh.measured = vec![false; 3];
+    let unknown = drawn(&mesh).unwrap();
+    assert!(precise != vague && vague != unknown && unknown != precise);
+    let [r, g, b] = unknown.at(30, 45);
+    assert!(r.abs_diff(g) < 6 && g.abs_diff(b) < 6, "{r} {g} {b}");
 }

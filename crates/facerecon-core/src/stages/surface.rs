@@ -290,6 +290,6 @@ fn mesh(patch: &Patch) -> Mesh {
         faces: patch.faces.clone(),
         uvs: midway.iter().map(uv).collect(),
         face_uvs: patch.faces.clone(),
-        colors: Vec::new(),
+        ..Mesh::default()
     }
 }

@@ -58,6 +58,6 @@ pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {
             landmarks.insert((*name).to_owned(), i);
         }
     }
-    let mesh = Mesh { vertices, faces, uvs, face_uvs, colors: Vec::new() };
+    let mesh = Mesh { vertices, faces, uvs, face_uvs, ..Mesh::default() };
     Template { mesh, landmarks, ..Template::default() }
 }

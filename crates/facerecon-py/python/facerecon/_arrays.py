@@ -22,8 +22,9 @@ U32 = npt.NDArray[np.uint32]
 Matrix = list[list[float]]
 #: A photo for the core: colour, and grey where the array was grey.
 PhotoParts = tuple[U8, F32 | None]
-#: Vertices, faces, texture coordinates, their faces, colours.
-MeshParts = tuple[F64, U32, F64 | None, U32 | None, U8 | None]
+Bool = npt.NDArray[np.bool_]
+#: Vertices, faces, texture coordinates, their faces, colours, sigmas, measured flags.
+MeshParts = tuple[F64, U32, F64 | None, U32 | None, U8 | None, F64 | None, Bool | None]
 #: K1, D1, K2, D2, R, T, image size.
 RigParts = tuple[
     Matrix, list[float], Matrix, list[float], Matrix, list[float], tuple[int, int] | None

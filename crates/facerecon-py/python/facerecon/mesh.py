@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arrays import F64, U8, U32, MeshParts, colors, indices, picture, rows
+from ._arrays import F64, U8, U32, Bool, MeshParts, colors, indices, picture, rows
 from ._html import figure
 from ._render import draw
 from ._view3d import Triangles
@@ -35,6 +35,9 @@ class Mesh:
         texture: (height, width, 3) uint8 sRGB; row 0 is at v = 1.
         colors: (n, 3) uint8 sRGB of the vertices.
         landmarks: vertex indices by landmark name.
+        sigma: (n,) standard deviation of each vertex along its normal, unit of ``vertices``; only
+            together with ``measured``.
+        measured: (n,) whether measured points support the vertex.
 
     Raises:
         ParameterError: (a ``ValueError``) naming the argument, its shape and the expected shape.
@@ -47,6 +50,8 @@ class Mesh:
     texture: U8 | None
     colors: U8 | None
     landmarks: dict[str, int]
+    sigma: F64 | None
+    measured: Bool | None
 
     def __init__(
         self,
@@ -58,6 +63,8 @@ class Mesh:
         texture: Any = None,
         colors: Any = None,
         landmarks: Mapping[str, int] | None = None,
+        sigma: Any = None,
+        measured: Any = None,
     ) -> None:
         self.vertices = rows("vertices", vertices, 3)
         self.faces = indices("faces", faces, 3, len(self.vertices))
@@ -81,6 +88,7 @@ class Mesh:
             raise ParameterError("uv_faces is given without uv", "parameters")
         self.texture = None if texture is None else picture("texture", texture)
         self.colors = None if colors is None else _colors(colors, len(self.vertices))
+        self.sigma, self.measured = _uncertainty(sigma, measured, len(self.vertices))
         self.landmarks = dict(landmarks or {})
         for name, vertex in self.landmarks.items():
             if not 0 <= vertex < len(self.vertices):
@@ -217,7 +225,11 @@ class Mesh:
             raise ParameterError(
                 f"target_from_source has shape {matrix.shape}; expected (4, 4)", "parameters"
             )
-        return self._with_vertices(self.vertices @ matrix[:3, :3].T + matrix[:3, 3])
+        mesh = self._with_vertices(self.vertices @ matrix[:3, :3].T + matrix[:3, 3])
+        if self.sigma is not None:
+            # exact for a rigid motion or a similarity
+            mesh.sigma = self.sigma * abs(float(np.linalg.det(matrix[:3, :3]))) ** (1.0 / 3.0)
+        return mesh
 
     def render(
         self,
@@ -229,8 +241,8 @@ class Mesh:
 
         Args:
             view: ``front``, ``three-quarter``, ``profile`` ..., or several.
-            mode: ``shaded``, ``textured``, ``lit`` or ``wireframe``; by default ``lit`` for a mesh
-                with colours, else ``shaded``.
+            mode: ``shaded``, ``textured``, ``lit``, ``wireframe`` or ``uncertainty`` (needs
+                ``sigma``); by default ``lit`` for a mesh with colours, else ``shaded``.
             size: (width, height) of each view, pixels.
         """
         return draw(self._parts(), self._texture(), view, mode=mode, size=size)
@@ -267,12 +279,22 @@ class Mesh:
             texture=self.texture,
             colors=self.colors,
             landmarks=self.landmarks,
+            sigma=self.sigma,
+            measured=self.measured,
         )
 
     def _parts(self) -> MeshParts:
         """The arrays, checked again: the user may have changed them."""
         checked = self._with_vertices(self.vertices)
-        return checked.vertices, checked.faces, checked.uv, checked.uv_faces, checked.colors
+        return (
+            checked.vertices,
+            checked.faces,
+            checked.uv,
+            checked.uv_faces,
+            checked.colors,
+            checked.sigma,
+            checked.measured,
+        )
 
     def _texture(self) -> U8 | None:
         return None if self.texture is None else picture("texture", self.texture)
@@ -284,7 +306,7 @@ class Mesh:
         texture: U8 | None = None,
         landmarks: Mapping[str, int] | None = None,
     ) -> Mesh:
-        vertices, faces, uv, uv_faces, vertex_colors = parts
+        vertices, faces, uv, uv_faces, vertex_colors, sigma, measured = parts
         return cls(
             vertices,
             faces,
@@ -293,12 +315,19 @@ class Mesh:
             texture=texture,
             colors=vertex_colors,
             landmarks=landmarks,
+            sigma=sigma,
+            measured=measured,
         )
 
     def __repr__(self) -> str:
         extra = [
             word
-            for word, has in (("uv", self.uv), ("texture", self.texture), ("colors", self.colors))
+            for word, has in (
+                ("uv", self.uv),
+                ("texture", self.texture),
+                ("colors", self.colors),
+                ("sigma", self.sigma),
+            )
             if has is not None
         ]
         contents = f", with {', '.join(extra)}" if extra else ""
@@ -329,6 +358,24 @@ def _colors(value: Any, count: int) -> U8:
             "parameters",
         )
     return array
+
+
+def _uncertainty(sigma: Any, measured: Any, count: int) -> tuple[F64 | None, Bool | None]:
+    """Both, checked, or neither."""
+    if sigma is None and measured is None:
+        return None, None
+    if sigma is None or measured is None:
+        raise ParameterError("sigma and measured are given together or not at all", "parameters")
+    values = np.ascontiguousarray(sigma, dtype=np.float64)
+    flags = np.ascontiguousarray(measured, dtype=np.bool_)
+    for name, shape in (("sigma", values.shape), ("measured", flags.shape)):
+        if shape != (count,):
+            raise ParameterError(
+                f"{name} has shape {shape}; expected ({count},), one for each vertex", "parameters"
+            )
+    if not (np.isfinite(values).all() and (values >= 0).all()):
+        raise ParameterError("sigma has values that are not finite or below 0", "parameters")
+    return values, flags
 
 
 def _optional(module: str) -> Any:

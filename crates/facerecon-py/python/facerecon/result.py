@@ -141,7 +141,11 @@ class Result:
 
     @property
     def mesh(self) -> Mesh:
-        """The textured face, model frame (x right, y up, z toward the viewer)."""
+        """The textured face, model frame (x right, y up, z toward the viewer).
+
+        ``mesh.sigma`` is the standard deviation of each vertex along its normal, ``mesh.measured``
+        says which vertices are supported by measured points.
+        """
         return self.mesh_in("model")
 
     def mesh_in(self, frame: str) -> Mesh:
@@ -211,6 +215,25 @@ class Result:
         return list(self.facts["warnings"])
 
     @property
+    def verdict(self) -> dict[str, Any]:
+        """Whether the result can be trusted.
+
+        ``level`` (``"good"``, ``"usable"`` or ``"doubtful"``), ``reasons`` (each with ``level``
+        and ``text``) and ``figures``.
+        """
+        return dict(self.facts["verdict"])
+
+    @property
+    def landmarks(self) -> list[dict[str, Any]]:
+        """The 18 landmarks as in ``result.json``: position, ``sigma_mm``, ``status`` ..."""
+        return list(self.facts["landmarks"])
+
+    @property
+    def distances(self) -> list[dict[str, Any]]:
+        """The distances between landmarks as in ``result.json``; empty without calibration."""
+        return list(self.facts["distances"])
+
+    @property
     def params(self) -> dict[str, Any]:
         """The parameters it was made with."""
         return dict(self.facts["params"])
@@ -271,13 +294,18 @@ class Result:
 
     def __repr__(self) -> str:
         matches, vertices = self.facts["matches"], self.facts["vertices"]
-        return f"<facerecon.Result: {matches} matches, {vertices} vertices, {self.facts['unit']}>"
+        level = self.facts["verdict"]["level"]
+        return (
+            f"<facerecon.Result: {level}, {matches} matches, {vertices} vertices, "
+            f"{self.facts['unit']}>"
+        )
 
     def _repr_html_(self) -> str:
         summary = "<br>".join(html.escape(line) for line in self._core.summary())
         warned = "".join(f"<li>{html.escape(w)}</li>" for w in self.warnings)
         listed = f"<ul>{warned}</ul>" if warned else ""
-        return f"{self.mesh._repr_html_()}<p>{summary}</p>{listed}"
+        verdict = html.escape(self._core.verdict())
+        return f"{self.mesh._repr_html_()}<p><b>{verdict}</b></p><p>{summary}</p>{listed}"
 
 
 def load_template(

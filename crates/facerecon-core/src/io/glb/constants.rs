@@ -32,3 +32,9 @@ pub(super) const CLAMP_TO_EDGE: u32 = 33071;
 /// glTF is in metres, meshes in millimetres.
 pub(super) const METRES_PER_MM: f64 = 0.001;
 pub(super) const MM_PER_METRE: f64 = 1000.0;
+
+// Custom vertex attributes; glTF requires that their names begin with an underscore.
+/// Standard deviation of a vertex along its normal, mm (not scaled by the node).
+pub(super) const SIGMA_ATTRIBUTE: &str = "_SIGMA_MM";
+/// 1 where measured points support the vertex, else 0.
+pub(super) const MEASURED_ATTRIBUTE: &str = "_MEASURED";

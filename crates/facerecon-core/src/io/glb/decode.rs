@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, UnitQuaternion};
 use serde_json::Value;
 
 use super::accessor::{Rows, rows};
-use super::constants::{MM_PER_METRE, TRIANGLES};
+use super::constants::{MEASURED_ATTRIBUTE, MM_PER_METRE, SIGMA_ATTRIBUTE, TRIANGLES};
 use super::container::{Container, chunks, list, number};
 use super::srgb::from_linear;
 use crate::data::{Mesh, Rgb};
@@ -57,6 +57,10 @@ fn finish(mut out: LoadedMesh, texture: Option<Result<Rgb, Fault>>) -> LoadedMes
     }
     if out.mesh.colors.len() != out.mesh.vertices.len() {
         out.mesh.colors.clear();
+    }
+    if !out.mesh.has_uncertainty() {
+        out.mesh.sigmas.clear();
+        out.mesh.measured.clear();
     }
     match texture {
         Some(Ok(image)) if out.mesh.has_uv() => out.texture = Some(image),
@@ -137,6 +141,8 @@ impl Reader<'_> {
         };
         let uvs = optional("TEXCOORD_0", 2, "texture coordinates")?;
         let colors = optional("COLOR_0", 3, "colours")?;
+        let sigmas = optional(SIGMA_ATTRIBUTE, 1, "standard deviations")?;
+        let measured = optional(MEASURED_ATTRIBUTE, 1, "measured flags")?;
         if self.material.is_none() {
             self.material = number(&primitive["material"]);
         }
@@ -151,6 +157,13 @@ impl Reader<'_> {
         if let Some(colors) = colors.filter(complete) {
             let rgb = |c: &[f64]| [from_linear(c[0]), from_linear(c[1]), from_linear(c[2])];
             mesh.colors.extend(colors.values.chunks_exact(colors.width).map(rgb));
+        }
+        let is_sigma = |rows: &Rows| rows.values.iter().all(|s| s.is_finite() && *s >= 0.0);
+        if let Some(sigmas) = sigmas.filter(complete).filter(is_sigma) {
+            mesh.sigmas.extend(sigmas.values.chunks_exact(sigmas.width).map(|s| s[0]));
+        }
+        if let Some(flags) = measured.filter(complete) {
+            mesh.measured.extend(flags.values.chunks_exact(flags.width).map(|f| f[0] > 0.5));
         }
         Ok(())
     }

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::constants::{
     ARRAY_BUFFER, BINARY_CHUNK, CHUNK_HEADER_BYTES, CLAMP_TO_EDGE, ELEMENT_ARRAY_BUFFER, FLOAT,
-    HEADER_BYTES, JSON_CHUNK, LINEAR, LINEAR_MIPMAP_LINEAR, MAGIC, METRES_PER_MM, UNSIGNED_BYTE,
-    UNSIGNED_INT, VERSION,
+    HEADER_BYTES, JSON_CHUNK, LINEAR, LINEAR_MIPMAP_LINEAR, MAGIC, MEASURED_ATTRIBUTE,
+    METRES_PER_MM, SIGMA_ATTRIBUTE, UNSIGNED_BYTE, UNSIGNED_INT, VERSION,
 };
 use super::srgb::to_linear;
 use crate::data::Mesh;
@@ -28,6 +28,11 @@ pub fn encode(mesh: &Mesh, texture_png: Option<&[u8]>) -> Vec<u8> {
     }
     if !mesh.colors.is_empty() && texture_png.is_none() {
         attributes["COLOR_0"] = json!(colors(mesh, &corners, &mut buffers));
+    }
+    if mesh.has_uncertainty() {
+        let [sigma, measured] = uncertainty(mesh, &corners, &mut buffers);
+        attributes[SIGMA_ATTRIBUTE] = json!(sigma);
+        attributes[MEASURED_ATTRIBUTE] = json!(measured);
     }
     let indices = triangles(&faces, &mut buffers);
     let scale = [METRES_PER_MM; 3];
@@ -126,6 +131,16 @@ fn colors(mesh: &Mesh, corners: &[Corner], buffers: &mut Buffers) -> usize {
     let color = buffers.accessor(view, UNSIGNED_BYTE, "VEC4", corners.len());
     buffers.accessors[color]["normalized"] = json!(true);
     color
+}
+
+/// Standard deviations in mm, and measured flags (1 or 0). Both are 32-bit floats, which every
+/// reader of custom attributes accepts.
+fn uncertainty(mesh: &Mesh, corners: &[Corner], buffers: &mut Buffers) -> [usize; 2] {
+    let sigma = |v: u32| mesh.sigmas.get(v as usize).map_or(0.0, |s| *s as f32);
+    let measured = |v: u32| mesh.measured.get(v as usize).map_or(0.0, |m| f32::from(u8::from(*m)));
+    let sigmas: Vec<[f32; 1]> = corners.iter().map(|&(v, _)| [sigma(v)]).collect();
+    let flags: Vec<[f32; 1]> = corners.iter().map(|&(v, _)| [measured(v)]).collect();
+    [buffers.floats(&sigmas, "SCALAR"), buffers.floats(&flags, "SCALAR")]
 }
 
 fn triangles(faces: &[[u32; 3]], buffers: &mut Buffers) -> usize {

@@ -18,7 +18,7 @@ fn mesh() -> Mesh {
         faces: vec![[0, 1, 2], [0, 2, 3]],
         uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.5], [0.25, 0.25]],
         face_uvs: vec![[0, 1, 2], [4, 2, 3]],
-        colors: Vec::new(),
+        ..Mesh::default()
     }
 }
 
@@ -55,6 +55,22 @@ fn vertex_colours_come_back() {
         assert!(a.abs_diff(*b) <= 2, "{a} {b}");
     }
     assert_eq!(encode(&colored, None), encode(&colored, None));
+}
+
+#[test]
+fn uncertainty_comes_back_and_seams_repeat_it() {
+    let known = Mesh {
+        sigmas: vec![0.25, 0.5, 12.0, 0.125],
+        measured: vec![true, false, false, true],
+        ..mesh()
+    };
+    let bytes = encode(&known, None);
+    let back = decode(&bytes).unwrap().mesh;
+    // the vertex on the seam is repeated with its values
+    assert_eq!(back.sigmas, [0.25, 0.5, 12.0, 0.125, 0.25]);
+    assert_eq!(back.measured, [true, false, false, true, true]);
+    assert!(String::from_utf8_lossy(&bytes).contains("\"_SIGMA_MM\""));
+    assert!(!decode(&encode(&mesh(), None)).unwrap().mesh.has_uncertainty());
 }
 
 /// Lengths, alignment and bounds, which other programs check.

@@ -24,7 +24,7 @@ fn tetrahedron() -> Mesh {
         faces: vec![[0, 1, 2], [3, 1, 0], [2, 3, 0]],
         uvs: vec![[0.0, 0.0], [1.0, 0.25], [0.5, 1.0]],
         face_uvs: vec![[0, 1, 2], [2, 1, 0], [1, 1, 0]],
-        colors: Vec::new(),
+        ..Mesh::default()
     }
 }
 

@@ -20,6 +20,8 @@ struct Vertex {
     color: [Option<u8>; 3],
     uv: [Option<f64>; 2],
     sigma: Option<f64>,
+    sigma_mm: Option<f64>,
+    measured: Option<f64>,
 }
 
 impl PropertyAccess for Vertex {
@@ -42,6 +44,8 @@ impl PropertyAccess for Vertex {
             "s" | "u" | "texture_u" | "tx" => self.uv[0] = number,
             "t" | "v" | "texture_v" | "ty" => self.uv[1] = number,
             "sigma" => self.sigma = number,
+            "sigma_mm" => self.sigma_mm = number,
+            "measured" => self.measured = number,
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
@@ -219,6 +223,19 @@ fn cloud(vertices: &[Vertex]) -> Result<Cloud, Fault> {
     })
 }
 
+/// Standard deviations and measured flags; empty unless every vertex has both.
+fn uncertainty(vertices: &[Vertex]) -> (Vec<f64>, Vec<bool>) {
+    let both = |v: &Vertex| {
+        let sigma = v.sigma_mm.filter(|s| s.is_finite() && *s >= 0.0)?;
+        Some((sigma, v.measured? > 0.5))
+    };
+    vertices.iter().map(both).collect::<Option<_>>().map_or_else(Default::default, unzip)
+}
+
+fn unzip(rows: Vec<(f64, bool)>) -> (Vec<f64>, Vec<bool>) {
+    rows.into_iter().unzip()
+}
+
 /// Reads the bytes of a PLY file; `folder` has its texture.
 ///
 /// # Errors
@@ -228,6 +245,7 @@ pub(in crate::io) fn decode(bytes: &[u8], folder: &Path) -> Result<LoadedMesh, F
     let cloud = cloud(&found.vertices)?;
     let count = cloud.points.len();
     let mut mesh = Mesh { vertices: cloud.points, colors: cloud.colors, ..Mesh::default() };
+    (mesh.sigmas, mesh.measured) = uncertainty(&found.vertices);
     let by_vertex: Option<Vec<[f64; 2]>> =
         found.vertices.iter().map(|v| Some([v.uv[0]?, v.uv[1]?])).collect();
     let by_corner =

@@ -19,6 +19,8 @@ fn mesh() -> Mesh {
         uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.5]],
         face_uvs: vec![[0, 1, 2], [0, 2, 3]],
         colors: vec![[9, 8, 7]; 4],
+        sigmas: vec![0.25, 0.5, 12.0, 0.125],
+        measured: vec![true, true, false, true],
     }
 }
 

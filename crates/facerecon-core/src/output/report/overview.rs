@@ -1,6 +1,7 @@
 //! The head of the page: the numbers, the face, the photographs, the depth maps.
 
-use super::page::{Fact, Page, RowBuilder, Section, Time};
+use super::numbers;
+use super::page::{Fact, Page, RowBuilder, Section, Time, VerdictBox};
 use super::pictures::{MAX_PHOTO_WIDTH, block_size, drawn, scaled_down};
 use super::summary::{summary, total_ms};
 use super::{marks, plots};
@@ -34,7 +35,10 @@ pub(super) fn page(capture: &Capture, result: &Reconstruction, sections: Vec<Sec
             "Photos of {width} x {height} pixels, pattern of {projected}; profile {profile}; \
              facerecon {version}."
         ),
+        verdict: verdict(result),
         facts: facts(result),
+        landmarks: numbers::landmarks(result),
+        distances: numbers::distances(result),
         summary: summary(result),
         warnings: result.warnings.clone(),
         sections,
@@ -45,16 +49,23 @@ pub(super) fn page(capture: &Capture, result: &Reconstruction, sections: Vec<Sec
     }
 }
 
+fn verdict(result: &Reconstruction) -> VerdictBox {
+    let verdict = result.verdict();
+    VerdictBox {
+        level: verdict.level.to_string(),
+        reasons: verdict.reasons.into_iter().map(|r| r.text).collect(),
+    }
+}
+
 fn facts(result: &Reconstruction) -> Vec<Fact> {
     let mut facts = vec![
         Fact { value: result.matches.len().to_string(), name: "matches" },
         Fact { value: result.cloud.len().to_string(), name: "points measured" },
         Fact { value: result.mesh.vertices.len().to_string(), name: "vertices of the face" },
     ];
-    if let Some(size) = result.face_size() {
-        facts.push(Fact { value: format!("{:.1} mm", size.width_mm), name: "ear to ear" });
-        facts
-            .push(Fact { value: format!("{:.1} mm", size.height_mm), name: "nose saddle to chin" });
+    let size = result.face_size().unwrap_or_default();
+    for (length, name) in [(size.width_mm, "ear to ear"), (size.height_mm, "nose saddle to chin")] {
+        facts.extend(length.map(|mm| Fact { value: format!("{mm:.1} mm"), name }));
     }
     let seconds = total_ms(result) / 1000.0;
     facts.push(Fact { value: format!("{seconds:.1} s"), name: "for all stages" });
@@ -68,7 +79,10 @@ pub(super) fn sections(
     record: &Record,
     shaded: Option<&Studio<'_>>,
 ) -> Vec<Section> {
-    vec![face(result, shaded), photos(capture, result, record), depth(result)]
+    let mut sections = vec![face(result, shaded)];
+    sections.extend(measured(result));
+    sections.extend([photos(capture, result, record), depth(result)]);
+    sections
 }
 
 fn face(result: &Reconstruction, shaded: Option<&Studio<'_>>) -> Section {
@@ -89,6 +103,29 @@ fn face(result: &Reconstruction, shaded: Option<&Studio<'_>>) -> Section {
         row.picture(drawn(shaded, view), format!("{name}, shape only"));
     }
     Section::new("The face", vec![row])
+}
+
+/// The standard deviations on the mesh, and what was not measured.
+fn measured(result: &Reconstruction) -> Option<Section> {
+    let mesh = &result.mesh;
+    let studio = Studio::new(&Scene::new(mesh), Mode::Uncertainty).ok()?;
+    let share = result.verdict().figures.measured_share;
+    let of_face = share.map_or(String::new(), |s| format!("{:.0} % of the face and ", 100.0 * s));
+    let count = mesh.measured.iter().filter(|m| **m).count();
+    let all = 100.0 * count as f64 / mesh.vertices.len().max(1) as f64;
+    let mut row = RowBuilder::new(3);
+    for (view, name) in [
+        (View::Front, "from the front"),
+        (View::ThreeQuarter, "three-quarter"),
+        (View::Profile, "in profile"),
+    ] {
+        let caption = format!(
+            "{name}: standard deviation of measured vertices in mm; grey was not measured \
+             ({of_face}{all:.0} % of the vertices were)"
+        );
+        row.picture(drawn(Some(&studio), view), caption);
+    }
+    Some(Section::new("What was measured", vec![row]))
 }
 
 fn photos(capture: &Capture, result: &Reconstruction, record: &Record) -> Section {

@@ -12,13 +12,40 @@ use crate::pipeline::Error;
 #[template(path = "report.html")]
 pub(super) struct Page {
     pub(super) subtitle: String,
+    pub(super) verdict: VerdictBox,
     pub(super) facts: Vec<Fact>,
+    pub(super) landmarks: Vec<LandmarkRow>,
+    pub(super) distances: Vec<DistanceRow>,
     pub(super) summary: Vec<String>,
     pub(super) warnings: Vec<String>,
     pub(super) sections: Vec<Section>,
     pub(super) times: Vec<Time>,
     pub(super) total_ms: String,
     pub(super) params: String,
+}
+
+/// The verdict with its reasons.
+pub(super) struct VerdictBox {
+    pub(super) level: String,
+    pub(super) reasons: Vec<String>,
+}
+
+/// A landmark: position in the model frame and standard deviation, mm when the result is metric.
+pub(super) struct LandmarkRow {
+    pub(super) name: &'static str,
+    pub(super) term: &'static str,
+    pub(super) side: &'static str,
+    pub(super) status: String,
+    pub(super) position: String,
+    pub(super) sigma: String,
+}
+
+/// A measured distance and its standard deviation, mm.
+pub(super) struct DistanceRow {
+    pub(super) term: &'static str,
+    pub(super) abbreviation: &'static str,
+    pub(super) value: String,
+    pub(super) sigma: String,
 }
 
 /// A number with its name.
@@ -124,6 +151,9 @@ mod tests {
     fn page_with(text: &str) -> String {
         let page = Page {
             subtitle: text.to_owned(),
+            verdict: VerdictBox { level: "good".into(), reasons: vec![text.to_owned()] },
+            landmarks: Vec::new(),
+            distances: Vec::new(),
             facts: Vec::new(),
             summary: Vec::new(),
             warnings: vec![text.to_owned()],
@@ -139,7 +169,7 @@ mod tests {
     fn text_from_files_cannot_become_markup() {
         let html = page_with("<script>\"&\"");
         assert!(!html.contains("<script>"), "{html}");
-        assert_eq!(html.matches("script&#62;&#34;&#38;&#34;").count(), 3, "{html}");
+        assert_eq!(html.matches("script&#62;&#34;&#38;&#34;").count(), 4, "{html}");
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(super) fn sections(
         let before = shaded(head);
         sections.extend(register(result, head, before.as_ref(), unit));
         if let Some(bent) = mesh(record, "deform", "mesh") {
-            let is_smoothed = *bent != result.mesh;
+            let is_smoothed = bent.vertices != result.mesh.vertices;
             let own = if is_smoothed { shaded(bent) } else { None };
             let after = if is_smoothed { own.as_ref() } else { shaded_result };
             sections.push(deform(record, [before.as_ref(), after], unit));

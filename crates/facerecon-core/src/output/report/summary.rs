@@ -32,15 +32,23 @@ pub fn summary(result: &Reconstruction) -> Vec<String> {
             result.mesh.vertices.len()
         ));
     }
-    if let Some(size) = result.face_size() {
-        sentences.push(format!(
-            "The face is {:.1} mm wide between the upper ear attachments and {:.1} mm high from the \
-             saddle of the nose to the chin.",
-            size.width_mm, size.height_mm
-        ));
-    }
+    sentences.extend(face_size(result));
     sentences.push(format!("The run took {:.2} s.", total_ms(result) / 1000.0));
     sentences
+}
+
+/// Width and height of the face, as far as they were measured.
+fn face_size(result: &Reconstruction) -> Option<String> {
+    let size = result.face_size()?;
+    let width =
+        size.width_mm.map(|mm| format!("{mm:.1} mm wide between the upper ear attachments"));
+    let height =
+        size.height_mm.map(|mm| format!("{mm:.1} mm high from the saddle of the nose to the chin"));
+    let parts: Vec<String> = [width, height].into_iter().flatten().collect();
+    if parts.is_empty() {
+        return None;
+    }
+    Some(format!("The face is {}.", parts.join(" and ")))
 }
 
 fn matches(result: &Reconstruction) -> String {

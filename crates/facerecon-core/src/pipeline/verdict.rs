@@ -1,0 +1,355 @@
+//! Whether a result can be trusted: good, usable or doubtful, with reasons.
+//!
+//! Each rule compares one figure with limits that captures of known truth keep and that wrong
+//! results break. The level is that of the worst reason; a result without a reason is good.
+
+mod figures;
+mod norms;
+
+use serde::Serialize;
+
+use crate::pipeline::Reconstruction;
+pub use figures::VerdictFigures;
+
+crate::settings::choices! {
+    /// How far a result can be trusted.
+    pub enum VerdictLevel {
+        /// No figure gives cause for doubt.
+        Good = "good",
+        /// Parts are less certain; the reasons say which.
+        Usable = "usable",
+        /// It may be wrong as a whole: it must be looked at before it is used.
+        Doubtful = "doubtful",
+    }
+}
+
+/// Why a result is not good.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reason {
+    /// How grave it is: `usable` or `doubtful`.
+    pub level: VerdictLevel,
+    /// What was found and what is expected.
+    pub text: String,
+}
+
+/// The verdict on a result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FaceVerdict {
+    /// The worst level of the reasons.
+    pub level: VerdictLevel,
+    /// Reasons, gravest first.
+    pub reasons: Vec<Reason>,
+    /// The figures.
+    pub figures: VerdictFigures,
+}
+
+/// Limits of a figure: beyond the first a result is usable, beyond the second doubtful.
+struct Limits {
+    usable: f64,
+    doubtful: f64,
+}
+
+/// Share of the face that was measured: 0.76 to 0.95 on captures with known truth.
+const MEASURED_SHARE: Limits = Limits { usable: 0.70, doubtful: 0.45 };
+/// Distance of the points from the mesh, mm: below 0.1 where the fit follows the points.
+const RESIDUAL_MM: Limits = Limits { usable: 0.8, doubtful: 2.0 };
+/// Landmarks that were found or marked, of 18.
+const LANDMARKS_MEASURED: Limits = Limits { usable: 11.5, doubtful: 3.5 };
+/// Distance of measured landmarks from their vertices, mm.
+const LANDMARK_OFFSET_MM: Limits = Limits { usable: 3.0, doubtful: 6.0 };
+/// Asymmetry, mm: 0.5 to 1.4 for heads in their right place, above 2.2 for a head turned by 35
+/// degrees against the face.
+const ASYMMETRY_MM: Limits = Limits { usable: 1.6, doubtful: 2.0 };
+/// Least protrusion of the nose, mm: adults 30 to 47; a head of 0.7 times the size of an adult's has
+/// at least 21. An upside-down face and a flattened one have less.
+const NOSE_PROTRUSION_MM: Limits = Limits { usable: 24.0, doubtful: 21.0 };
+/// Greatest protrusion of the nose, mm.
+const NOSE_PROTRUSION_MAX_MM: Limits = Limits { usable: 55.0, doubtful: 65.0 };
+/// Deviation of a distance from the norms, standard deviations.
+const PROPORTION_SD: Limits = Limits { usable: 3.5, doubtful: 4.5 };
+/// Distances beyond the limit that make a result doubtful: a single one may be a landmark out of
+/// place.
+const PROPORTIONS_OFF: usize = 2;
+/// Distance of the points from the template after registration, mm: 3.4 to 6.1 when it is right.
+const REGISTRATION_RMS_MM: Limits = Limits { usable: 7.0, doubtful: 8.5 };
+/// Residual after over before registration: it falls when the registration is right.
+const REGISTRATION_GROWTH: Limits = Limits { usable: 1.02, doubtful: 1.08 };
+/// Share of the matches that belong to the head: 0.91 to 0.99 when the registration is right.
+const REGISTRATION_SHARE: Limits = Limits { usable: 0.80, doubtful: 0.65 };
+/// Roll of the head in the photo, degrees.
+const ROLL_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
+/// Turn of the face away from the camera, degrees: one cheek is hidden beyond the first.
+const TURN_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
+/// Rows out of level against the calibration, pixels: a calibration of other cameras, or cameras
+/// that were moved.
+const ROW_OFFSET_PX: Limits = Limits { usable: 3.0, doubtful: 8.0 };
+
+impl Reconstruction {
+    /// The verdict on this result.
+    pub fn verdict(&self) -> FaceVerdict {
+        judge(VerdictFigures::new(self), self.registration.is_some(), self.metric)
+    }
+}
+
+/// Applies the rules to the figures.
+fn judge(figures: VerdictFigures, registered: bool, metric: bool) -> FaceVerdict {
+    let mut rules = Rules::default();
+    if !registered {
+        rules.add(
+            VerdictLevel::Doubtful,
+            "the measured surface could not be registered to a head".into(),
+        );
+    }
+    if !metric {
+        rules.add(
+            VerdictLevel::Usable,
+            "the cameras are not calibrated: sizes were not checked".into(),
+        );
+    }
+    shape_rules(&figures, &mut rules);
+    pose_rules(&figures, &mut rules);
+    let mut reasons = rules.reasons;
+    reasons.sort_by_key(|r| std::cmp::Reverse(r.level as u8));
+    let level = reasons.first().map_or(VerdictLevel::Good, |r| r.level);
+    FaceVerdict { level, reasons, figures }
+}
+
+/// The rules on the face.
+fn shape_rules(figures: &VerdictFigures, rules: &mut Rules) {
+    rules.at_least(&MEASURED_SHARE, figures.measured_share, |share, limit| {
+        format!(
+            "{:.0} % of the face was measured (at least {:.0} % expected)",
+            100.0 * share,
+            100.0 * limit
+        )
+    });
+    // ears are thin and often covered by hair: their residual is reported, but not judged
+    for (region, residual) in figures.residual_mm.iter().filter(|r| *r.0 != "ears") {
+        rules.at_most(&RESIDUAL_MM, Some(*residual), |mm, limit| {
+            format!(
+                "{region}: the mesh lies {mm:.1} mm from the points (at most {limit:.1} expected)"
+            )
+        });
+    }
+    let measured = figures.landmarks_measured();
+    rules.at_least(&LANDMARKS_MEASURED, Some(measured as f64), |_, limit| {
+        format!(
+            "{measured} of 18 landmarks were found or marked (at least {:.0} expected): the others \
+             are known from the template alone",
+            limit.ceil()
+        )
+    });
+    rules.at_most(&LANDMARK_OFFSET_MM, figures.landmark_offset_mm, |mm, limit| {
+        format!(
+            "the measured landmarks are {mm:.1} mm from the vertices of their names (at most \
+             {limit:.1} expected)"
+        )
+    });
+    rules.at_most(&ASYMMETRY_MM, figures.asymmetry_mm, |mm, limit| {
+        format!(
+            "the face differs from its mirror image by {mm:.1} mm (at most {limit:.1} expected): \
+             the head may be turned against the face, or this is no face"
+        )
+    });
+    let protrusion = |mm: f64, limit: f64| {
+        format!("the nose protrudes by {mm:.0} mm ({limit:.0} mm is the limit): is this a face?")
+    };
+    rules.at_least(&NOSE_PROTRUSION_MM, figures.nose_protrusion_mm, protrusion);
+    rules.at_most(&NOSE_PROTRUSION_MAX_MM, figures.nose_protrusion_mm, protrusion);
+    let beyond = |limit: f64| {
+        let off = figures.proportions_sd.iter().filter(|(_, sd)| sd.abs() > limit);
+        off.map(|(name, sd)| format!("{} {sd:+.1}", name.replace('_', " "))).collect::<Vec<_>>()
+    };
+    let (grave, slight) = (beyond(PROPORTION_SD.doubtful), beyond(PROPORTION_SD.usable));
+    let (level, names) = if grave.len() >= PROPORTIONS_OFF {
+        (VerdictLevel::Doubtful, grave)
+    } else {
+        (VerdictLevel::Usable, slight)
+    };
+    if !names.is_empty() {
+        rules.add(
+            level,
+            format!(
+                "sizes outside those of adults and children, in standard deviations: {}; check the \
+                 calibration and the landmarks",
+                names.join(", ")
+            ),
+        );
+    }
+}
+
+/// The rules on registration, pose and photos.
+fn pose_rules(figures: &VerdictFigures, rules: &mut Rules) {
+    rules.at_most(&REGISTRATION_RMS_MM, figures.registration_rms_mm, |mm, limit| {
+        format!("the points are {mm:.1} mm from the template (at most {limit:.1} expected)")
+    });
+    rules.at_most(&REGISTRATION_GROWTH, figures.registration_growth, |ratio, _| {
+        format!("the registration raised the distance of the points to {ratio:.2} times its start")
+    });
+    rules.at_least(&REGISTRATION_SHARE, figures.registration_share, |share, limit| {
+        format!(
+            "{:.0} % of the matches belong to the head (at least {:.0} % expected)",
+            100.0 * share,
+            100.0 * limit
+        )
+    });
+    rules.at_most(&ROLL_DEG, figures.roll_deg, |deg, limit| {
+        format!(
+            "the head is rolled by {deg:.0} degrees in the photo (at most {limit:.0} expected): \
+             upside down or sideways?"
+        )
+    });
+    rules.at_most(&TURN_DEG, figures.turn_deg, |deg, limit| {
+        format!(
+            "the face is turned {deg:.0} degrees away from the camera (at most {limit:.0} expected)"
+        )
+    });
+    rules.at_most(&ROW_OFFSET_PX, Some(figures.row_offset_px.abs()), |px, limit| {
+        format!(
+            "the rows of the photos differ by {px:.1} px (at most {limit:.1} expected): does the \
+             calibration belong to these photos?"
+        )
+    });
+}
+
+/// Collects reasons.
+#[derive(Default)]
+struct Rules {
+    reasons: Vec<Reason>,
+}
+
+impl Rules {
+    fn add(&mut self, level: VerdictLevel, text: String) {
+        self.reasons.push(Reason { level, text });
+    }
+
+    /// A figure that should not be below the limits; NaN breaks them.
+    fn at_least(
+        &mut self,
+        limits: &Limits,
+        figure: Option<f64>,
+        text: impl Fn(f64, f64) -> String,
+    ) {
+        let Some(value) = figure else { return };
+        if !(value >= limits.doubtful) {
+            self.add(VerdictLevel::Doubtful, text(value, limits.usable));
+        } else if value < limits.usable {
+            self.add(VerdictLevel::Usable, text(value, limits.usable));
+        }
+    }
+
+    /// A figure that should not be above the limits; NaN breaks them.
+    fn at_most(&mut self, limits: &Limits, figure: Option<f64>, text: impl Fn(f64, f64) -> String) {
+        let Some(value) = figure else { return };
+        if !(value <= limits.doubtful) {
+            self.add(VerdictLevel::Doubtful, text(value, limits.usable));
+        } else if value > limits.usable {
+            self.add(VerdictLevel::Usable, text(value, limits.usable));
+        }
+    }
+}
+
+impl std::fmt::Display for FaceVerdict {
+    /// One sentence: the level, and the reasons or the main figures.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let level = self.level;
+        if !self.reasons.is_empty() {
+            let reasons: Vec<&str> = self.reasons.iter().map(|r| r.text.as_str()).collect();
+            return write!(f, "Verdict: {level}: {}.", reasons.join("; "));
+        }
+        let share = self.figures.measured_share.unwrap_or(0.0);
+        write!(
+            f,
+            "Verdict: {level}: {:.0} % of the face was measured, {} of 18 landmarks were found or \
+             marked.",
+            100.0 * share,
+            self.figures.landmarks_measured()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The figures of a good result.
+    fn good() -> VerdictFigures {
+        VerdictFigures {
+            measured_share: Some(0.92),
+            residual_mm: [("nose", 0.2), ("eyes", 0.3)].into(),
+            landmarks_found: 16,
+            landmarks_marked: 0,
+            landmark_offset_mm: Some(0.8),
+            asymmetry_mm: Some(0.9),
+            nose_protrusion_mm: Some(37.0),
+            proportions_sd: [("biocular_width", 0.4), ("nose_width", 0.0)].into(),
+            registration_rms_mm: Some(4.4),
+            registration_growth: Some(0.5),
+            registration_share: Some(0.95),
+            roll_deg: Some(7.0),
+            turn_deg: Some(9.0),
+            match_score: Some(0.9),
+            row_offset_px: 0.1,
+        }
+    }
+
+    fn level(figures: VerdictFigures) -> VerdictLevel {
+        judge(figures, true, true).level
+    }
+
+    #[test]
+    fn a_result_without_a_reason_is_good() {
+        let verdict = judge(good(), true, true);
+        assert_eq!((verdict.level, verdict.reasons.len()), (VerdictLevel::Good, 0));
+        let text = verdict.to_string();
+        assert!(
+            text.contains("good") && text.contains("92 %") && text.contains("16 of 18"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn one_grave_figure_makes_a_result_doubtful() {
+        type Change = fn(&mut VerdictFigures);
+        let cases: [(Change, &str); 11] = [
+            (|f| f.measured_share = Some(0.2), "20 %"),
+            (|f| _ = f.residual_mm.insert("nose", 3.0), "nose"),
+            (|f| f.landmark_offset_mm = Some(9.0), "9.0 mm"),
+            (|f| f.asymmetry_mm = Some(2.6), "mirror"),
+            (|f| f.nose_protrusion_mm = Some(3.0), "nose"),
+            (|f| f.registration_rms_mm = Some(9.6), "9.6 mm"),
+            (|f| f.registration_share = Some(0.51), "51 %"),
+            (|f| f.roll_deg = Some(175.0), "upside"),
+            (|f| f.row_offset_px = -12.0, "calibration"),
+            (|f| f.asymmetry_mm = Some(f64::NAN), "mirror"),
+            (
+                |f| f.proportions_sd = [("biocular_width", 8.0), ("nose_width", 5.0)].into(),
+                "biocular width +8.0",
+            ),
+        ];
+        for (change, words) in cases {
+            let mut figures = good();
+            change(&mut figures);
+            let verdict = judge(figures, true, true);
+            assert_eq!(verdict.level, VerdictLevel::Doubtful, "{words}");
+            assert!(verdict.to_string().contains(words), "{verdict}");
+        }
+    }
+
+    #[test]
+    fn slight_deviations_leave_a_result_usable() {
+        let slight = VerdictFigures { landmarks_found: 8, ..good() };
+        assert_eq!(level(slight), VerdictLevel::Usable);
+        let one = VerdictFigures { proportions_sd: [("mouth_width", 6.0)].into(), ..good() };
+        assert_eq!(level(one), VerdictLevel::Usable);
+        assert_eq!(judge(good(), true, false).level, VerdictLevel::Usable);
+        assert_eq!(judge(good(), false, true).level, VerdictLevel::Doubtful);
+    }
+
+    #[test]
+    fn the_gravest_reason_comes_first() {
+        let mixed = VerdictFigures { measured_share: Some(0.6), roll_deg: Some(90.0), ..good() };
+        let levels: Vec<_> = judge(mixed, true, true).reasons.iter().map(|r| r.level).collect();
+        assert_eq!(levels, [VerdictLevel::Doubtful, VerdictLevel::Usable]);
+    }
+}

@@ -1,0 +1,243 @@
+//! The figures that a verdict rests on. All are computed from the result alone.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::norms::NORMS;
+use crate::data::LANDMARKS;
+use crate::math::{Vec3, median};
+use crate::pipeline::{LandmarkStatus, Reconstruction};
+use crate::spatial::SurfaceIndex;
+
+/// The face reaches from the level of the ears this far toward the nose tip, as a fraction of the
+/// depth between them: cheeks are in it, temples and ears are not.
+const FACE_DEPTH: f64 = 0.35;
+/// Points and vertices of which distances are measured; more give the same medians.
+const SAMPLES: usize = 3000;
+/// A point farther from the next landmark is of no region: neck, hair, clothing, wall.
+const REGION_MM: f64 = 40.0;
+
+/// Figures of a result. A figure that cannot be computed is `None`: most need the landmarks of a
+/// template, lengths need calibrated cameras.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct VerdictFigures {
+    /// Share of the area of the face (chin to forehead, in front of the temples) that was measured.
+    pub measured_share: Option<f64>,
+    /// Median distance of the measured points from the mesh by region (eyes, nose, mouth, chin,
+    /// forehead, ears: the landmark within 40 mm that is nearest), mm.
+    pub residual_mm: BTreeMap<&'static str, f64>,
+    /// Landmarks found in the photos.
+    pub landmarks_found: usize,
+    /// Landmarks marked by the user.
+    pub landmarks_marked: usize,
+    /// Median distance of the measured landmarks from the vertices of their names, mm.
+    pub landmark_offset_mm: Option<f64>,
+    /// Median distance of the measured face from its mirror image in the plane of symmetry of the
+    /// landmarks, mm.
+    pub asymmetry_mm: Option<f64>,
+    /// Distance of the nose tip in front of the plane of outer eye corners and mouth corners, mm.
+    pub nose_protrusion_mm: Option<f64>,
+    /// Distances by name: standard deviations above the mean of adults (positive) or below that of
+    /// children of six years (negative); 0 between.
+    pub proportions_sd: BTreeMap<&'static str, f64>,
+    /// Typical distance of the points from the template after registration, mm.
+    pub registration_rms_mm: Option<f64>,
+    /// The same after over before registration.
+    pub registration_growth: Option<f64>,
+    /// Share of the matches that belong to the head.
+    pub registration_share: Option<f64>,
+    /// Angle between the head's vertical axis and the photo's, degrees.
+    pub roll_deg: Option<f64>,
+    /// Angle between the direction in which the face looks and that toward the camera, degrees.
+    pub turn_deg: Option<f64>,
+    /// Median score of the matches, 0 to 1: how clearly the period of the pattern is determined.
+    pub match_score: Option<f64>,
+    /// Rows by which the photos were out of level against the calibration, pixels.
+    pub row_offset_px: f64,
+}
+
+impl VerdictFigures {
+    /// Computes the figures of a result.
+    pub(super) fn new(found: &Reconstruction) -> Self {
+        let landmarks = found.face_landmarks();
+        let count = |status| landmarks.iter().filter(|l| l.status == status).count();
+        let scores: Vec<f64> = found.matches.iter().map(|m| m.score).collect();
+        let mut figures = Self {
+            landmarks_found: count(LandmarkStatus::Found),
+            landmarks_marked: count(LandmarkStatus::Marked),
+            proportions_sd: proportions(found),
+            match_score: median(&scores),
+            row_offset_px: found.rows.offset_px,
+            ..Self::default()
+        };
+        let offsets: Vec<f64> = landmarks
+            .iter()
+            .filter(|l| l.status.is_measured())
+            .filter_map(|l| Some((found.mesh.vertices.get(l.vertex?)? - l.in_model).norm()))
+            .collect();
+        figures.landmark_offset_mm = median(&offsets);
+        if let Some(pose) = &found.registration {
+            let camera_from_model = found.model_from_camera.inverse();
+            // camera axes: y down, z away from the camera
+            let up = camera_from_model.rotate(&Vec3::y());
+            let toward = camera_from_model.rotate(&Vec3::z());
+            figures.roll_deg = Some(up.x.atan2(-up.y).to_degrees().abs());
+            figures.turn_deg = Some((-toward.z).clamp(-1.0, 1.0).acos().to_degrees());
+            figures.registration_rms_mm = Some(pose.rms_after);
+            figures.registration_growth =
+                (pose.rms_before > 0.0).then(|| pose.rms_after / pose.rms_before);
+            let matches = found.matches.len().max(1);
+            figures.registration_share = Some(pose.inliers.len() as f64 / matches as f64);
+        }
+        if let Some(face) = FaceFrame::new(found) {
+            figures.measured_share = face.measured_share(found);
+            figures.nose_protrusion_mm = face.nose_protrusion();
+            if let Some(surface) = SurfaceIndex::new(&found.mesh) {
+                figures.asymmetry_mm = face.asymmetry(found, &surface);
+                figures.residual_mm = face.residuals(found, &surface);
+            }
+        }
+        figures
+    }
+
+    /// Landmarks that were found or marked.
+    pub fn landmarks_measured(&self) -> usize {
+        self.landmarks_found + self.landmarks_marked
+    }
+}
+
+/// Deviations of the distances from the norms.
+fn proportions(found: &Reconstruction) -> BTreeMap<&'static str, f64> {
+    let distances = found.face_distances();
+    let of_norm = |norm: &super::norms::Norm| {
+        let distance = distances.iter().find(|d| d.term.name == norm.name)?;
+        Some((norm.name, norm.excess(distance.value_mm)))
+    };
+    NORMS.iter().filter_map(of_norm).collect()
+}
+
+/// The landmarks' vertices on the mesh, model frame.
+struct FaceFrame {
+    places: BTreeMap<&'static str, Vec3>,
+}
+
+impl FaceFrame {
+    /// `None` without all landmarks of the mesh.
+    fn new(found: &Reconstruction) -> Option<Self> {
+        let place = |name: &'static str| {
+            Some((name, *found.mesh.vertices.get(*found.landmarks.get(name)?)?))
+        };
+        let places = LANDMARKS.iter().map(|n| place(n)).collect::<Option<_>>()?;
+        Some(Self { places })
+    }
+
+    fn at(&self, name: &str) -> Vec3 {
+        self.places.get(name).copied().unwrap_or_default()
+    }
+
+    /// Whether a position (model frame) is in the face.
+    fn contains(&self, p: &Vec3) -> bool {
+        let ears = 0.5 * (self.at("ear_left_upper").z + self.at("ear_right_upper").z);
+        let front = ears + FACE_DEPTH * (self.at("nose_tip").z - ears);
+        p.z > front && p.y > self.at("chin").y && p.y < self.at("forehead").y
+    }
+
+    fn measured_share(&self, found: &Reconstruction) -> Option<f64> {
+        let mesh = &found.mesh;
+        if !mesh.has_uncertainty() {
+            return None;
+        }
+        let (mut all, mut measured) = (0.0, 0.0);
+        for face in &mesh.faces {
+            let corners = face.map(|i| mesh.vertices[i as usize]);
+            if !self.contains(&((corners[0] + corners[1] + corners[2]) / 3.0)) {
+                continue;
+            }
+            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+            let known = face.iter().filter(|i| mesh.measured[**i as usize]).count();
+            all += area;
+            measured += area * known as f64 / 3.0;
+        }
+        (all > 0.0).then(|| measured / all)
+    }
+
+    fn nose_protrusion(&self) -> Option<f64> {
+        let [a, b] = [self.at("eye_left_outer"), self.at("eye_right_outer")];
+        let [c, d] = [self.at("mouth_left"), self.at("mouth_right")];
+        // the diagonals of the four corners span the plane that fits them
+        let normal = (b - c).cross(&(a - d)).try_normalize(1e-9)?;
+        let forward = if normal.z < 0.0 { -normal } else { normal };
+        Some(forward.dot(&(self.at("nose_tip") - (a + b + c + d) / 4.0)))
+    }
+
+    /// Median distance of the measured face from its mirror image.
+    fn asymmetry(&self, found: &Reconstruction, surface: &SurfaceIndex) -> Option<f64> {
+        let mesh = &found.mesh;
+        let pairs: Vec<(Vec3, Vec3)> = LANDMARKS
+            .iter()
+            .filter(|name| name.contains("left"))
+            .map(|name| (self.at(name), self.at(&name.replace("left", "right"))))
+            .collect();
+        let across: Vec3 = pairs.iter().map(|(l, r)| r - l).sum();
+        let normal = across.try_normalize(1e-9)?;
+        let middle: Vec3 =
+            pairs.iter().map(|(l, r)| (l + r) / 2.0).sum::<Vec3>() / pairs.len() as f64;
+        let is_used = |v: &usize| {
+            mesh.measured.get(*v).copied().unwrap_or(false) && self.contains(&mesh.vertices[*v])
+        };
+        let used: Vec<usize> = (0..mesh.vertices.len()).filter(is_used).collect();
+        let distances: Vec<f64> = sampled(&used)
+            .into_par_iter()
+            .filter_map(|v| {
+                let p = mesh.vertices[v];
+                let mirrored = p - normal * (2.0 * normal.dot(&(p - middle)));
+                surface.closest(&mirrored).map(|c| c.distance)
+            })
+            .collect();
+        median(&distances)
+    }
+
+    /// Median distance of the measured points from the mesh, by the region of the nearest landmark.
+    fn residuals(
+        &self,
+        found: &Reconstruction,
+        surface: &SurfaceIndex,
+    ) -> BTreeMap<&'static str, f64> {
+        let points: Vec<usize> = (0..found.cloud.len()).collect();
+        let distances: Vec<(&'static str, f64)> = sampled(&points)
+            .into_par_iter()
+            .filter_map(|i| {
+                let p = found.model_from_camera.apply(&found.cloud.points[i]);
+                Some((self.region(&p)?, surface.closest(&p)?.distance))
+            })
+            .collect();
+        let mut regions: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
+        for (region, distance) in distances {
+            regions.entry(region).or_default().push(distance);
+        }
+        regions.into_iter().filter_map(|(name, all)| Some((name, median(&all)?))).collect()
+    }
+
+    fn region(&self, p: &Vec3) -> Option<&'static str> {
+        let far = |a: &Vec3| (a - p).norm_squared();
+        let (nearest, place) = self.places.iter().min_by(|a, b| far(a.1).total_cmp(&far(b.1)))?;
+        if far(place) > REGION_MM.powi(2) {
+            return None;
+        }
+        Some(match *nearest {
+            "chin" => "chin",
+            "forehead" => "forehead",
+            name if name.starts_with("eye") => "eyes",
+            name if name.starts_with("ear") => "ears",
+            name if name.starts_with("mouth") => "mouth",
+            _ => "nose",
+        })
+    }
+}
+
+/// Evenly spaced entries, about [`SAMPLES`] of them.
+fn sampled(all: &[usize]) -> Vec<usize> {
+    all.iter().copied().step_by(all.len().div_ceil(SAMPLES).max(1)).collect()
+}
