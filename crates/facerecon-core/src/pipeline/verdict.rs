@@ -70,12 +70,12 @@ const PROPORTION_SD: Limits = Limits { usable: 3.5, doubtful: 4.5 };
 /// Distances beyond the limit that make a result doubtful: a single one may be a landmark out of
 /// place.
 const PROPORTIONS_OFF: usize = 2;
-/// Distance of the points from the template after registration, mm: 3.4 to 6.1 when it is right.
-const REGISTRATION_RMS_MM: Limits = Limits { usable: 7.0, doubtful: 8.5 };
+/// Distance of the points from the template after registration, mm: 3.4 to 7.9 when it is right.
+const REGISTRATION_RMS_MM: Limits = Limits { usable: 8.5, doubtful: 9.5 };
 /// Residual after over before registration: it falls when the registration is right.
 const REGISTRATION_GROWTH: Limits = Limits { usable: 1.02, doubtful: 1.08 };
-/// Share of the matches that belong to the head: 0.91 to 0.99 when the registration is right.
-const REGISTRATION_SHARE: Limits = Limits { usable: 0.80, doubtful: 0.65 };
+/// Share of the matches that belong to the head: 0.73 to 0.99 when the registration is right.
+const REGISTRATION_SHARE: Limits = Limits { usable: 0.65, doubtful: 0.55 };
 /// Roll of the head in the photo, degrees.
 const ROLL_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
 /// Turn of the face away from the camera, degrees: one cheek is hidden beyond the first.
