@@ -7,9 +7,10 @@
 //! 4. cameras: estimate the cameras from the pattern, where there is no calibration,
 //! 5. refine: measure the disparity by image matching, at the dots and between them,
 //! 6. triangulate: disparity to points in space,
-//! 7. register: align the points with the template, a generic head,
-//! 8. deform, smooth: deform the template to the points (or surface: mesh the points themselves),
-//! 9. texture: colour the mesh from the photos without the pattern.
+//! 7. landmarks: find eyes, nose, mouth and chin on the surface and in the photos,
+//! 8. register: align the points with the template, a generic head, by the landmarks,
+//! 9. deform, smooth: deform the template to the points (or surface: mesh the points themselves),
+//! 10. texture: colour the mesh from the photos without the pattern.
 //!
 //! [`reconstruct`] runs them all. It takes a [`data::Capture`] (read by
 //! [`io::capture::read_capture`], or built from arrays), a template ([`template::built_in`]), the
