@@ -7,6 +7,14 @@ use crate::data::{Capture, CloudFrame, MeasuredLandmark};
 use crate::stages::landmarks::{LandmarksInput, find_landmarks};
 use crate::stages::rectify::Rectified;
 
+/// The landmarks of a run.
+pub(super) struct Landmarks {
+    /// Marked and found.
+    pub(super) measured: Vec<MeasuredLandmark>,
+    /// Expected positions of others, which are not measurements.
+    pub(super) expected: Vec<MeasuredLandmark>,
+}
+
 /// The marked landmarks, and those that are found of the others.
 pub(super) fn with_found(
     run: &Run<'_>,
@@ -15,10 +23,10 @@ pub(super) fn with_found(
     points: &Points,
     frame: CloudFrame,
     params: &Params,
-) -> Result<Vec<MeasuredLandmark>, Error> {
-    let mut landmarks = points.landmarks.clone();
+) -> Result<Landmarks, Error> {
+    let mut measured = points.landmarks.clone();
     if frame == CloudFrame::Model {
-        return Ok(landmarks);
+        return Ok(Landmarks { measured, expected: Vec::new() });
     }
     let input = LandmarksInput {
         surface: &points.all,
@@ -27,9 +35,11 @@ pub(super) fn with_found(
     };
     let found = run.stage("landmarks", |o| find_landmarks(&input, &params.landmarks, o))?;
     for landmark in found.landmarks {
-        if landmarks.iter().all(|l| l.name != landmark.name) {
-            landmarks.push(landmark);
+        if measured.iter().all(|l| l.name != landmark.name) {
+            measured.push(landmark);
         }
     }
-    Ok(landmarks)
+    let missing = |l: &MeasuredLandmark| measured.iter().all(|m| m.name != l.name);
+    let expected = found.expected.into_iter().filter(missing).collect();
+    Ok(Landmarks { measured, expected })
 }

@@ -24,4 +24,6 @@ pub(super) struct Points {
     pub(super) all: Cloud,
     /// Landmarks with measured positions.
     pub(super) landmarks: Vec<MeasuredLandmark>,
+    /// Expected positions of landmarks that were not measured; they only guide the deformation.
+    pub(super) expected: Vec<MeasuredLandmark>,
 }

@@ -58,7 +58,8 @@ pub fn reconstruct(
         frame,
     };
     let mut points = inputs::points(&points.cloud, &measured, &features);
-    points.landmarks = with_found(&run, capture, &rectified, &points, frame, params)?;
+    let landmarks = with_found(&run, capture, &rectified, &points, frame, params)?;
+    (points.landmarks, points.expected) = (landmarks.measured, landmarks.expected);
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;
     let smoothed =

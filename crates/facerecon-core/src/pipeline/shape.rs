@@ -41,11 +41,12 @@ pub(super) fn deformed(
     let registered = points.all.transformed(&model_from_camera);
     run.artifact("register", "head", Artifact::Mesh(&head));
     run.artifact("register", "cloud", Artifact::Points(&registered.points));
+    let guides: Vec<_> = points.landmarks.iter().chain(&points.expected).cloned().collect();
     let input = DeformInput {
         template: &head,
         data: &registered,
         assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
-        landmarks: &inputs::landmark_targets(&points.landmarks, template, &model_from_camera),
+        landmarks: &inputs::landmark_targets(&guides, template, &model_from_camera),
     };
     let fitted = run.stage("deform", |o| deform(&input, &params.deform, o))?;
     run.artifact("deform", "mesh", Artifact::Mesh(&fitted.mesh));

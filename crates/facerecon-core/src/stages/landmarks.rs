@@ -79,6 +79,9 @@ pub struct LandmarksInput<'a> {
 pub struct FoundLandmarks {
     /// Positions in the left camera frame, mm.
     pub landmarks: Vec<MeasuredLandmark>,
+    /// Where the attachments of the ears are expected from the proportions of heads: not measured,
+    /// only a better start than the template's own ears.
+    pub expected: Vec<MeasuredLandmark>,
     /// Share of the surface about the nose that is symmetric; 0 where no nose was found.
     pub symmetry: f64,
 }
@@ -123,8 +126,12 @@ pub fn find_landmarks(
         let score = f64::from(face.parts) + frame.symmetry;
         let complete = face.is_complete();
         if best.as_ref().is_none_or(|b| score > b.0) {
-            let landmarks = face.lifted(&picture, &frame);
-            best = Some((score, FoundLandmarks { landmarks, symmetry: frame.symmetry }));
+            let found = FoundLandmarks {
+                landmarks: face.lifted(&picture, &frame),
+                expected: face.expected_ears(&frame),
+                symmetry: frame.symmetry,
+            };
+            best = Some((score, found));
         }
         if complete {
             break;

@@ -54,6 +54,9 @@ const UNMEASURED_SIGMA_MM: f64 = 0.7;
 /// deviation 0.6. Means over rendered heads, outer and inner corner.
 const OUTER_BEHIND_MM: f64 = 1.6;
 const INNER_BEHIND_MM: f64 = 1.1;
+/// The ala lies this far outside the steepest position of the wing, which is smoothed, mm; standard
+/// deviation 0.7. Mean over rendered heads.
+const ALA_BEYOND_MM: f64 = 0.5;
 /// The ala lies so far in front of the surface, which is smoothed across the steep wing, mm;
 /// standard deviation 1.8.
 const ALA_BEFORE_MM: f64 = 1.5;
@@ -74,9 +77,17 @@ fn placed(name: &'static str, at: Vec2, sigma_mm: f64) -> Placed {
     Placed { name, at, raised_mm: 0.0, sigma_mm }
 }
 
+/// Attachments of the ears from the middle between the eyes, mm: to the side, up along the line from
+/// mouth to eyes, and forward. Means over rendered adult heads; standard deviations 4, 6 and 5.
+const EAR_UPPER_MM: [f64; 3] = [78.5, 11.0, -77.5];
+const EAR_LOWER_MM: [f64; 3] = [70.0, -40.5, -79.5];
+const EAR_SIGMA_MM: f64 = 5.0;
+
 /// The landmarks found in one frontal picture.
 pub(super) struct Face {
     placed: Vec<Placed>,
+    /// Middle between the eyes, and upward from the mouth to it; where both were found.
+    upright: Option<(Vec3, Vec3)>,
     /// Number of parts (two eyes, mouth, nose) that were found and agree.
     pub parts: u32,
 }
@@ -85,6 +96,25 @@ impl Face {
     /// Whether every part was found.
     pub fn is_complete(&self) -> bool {
         self.parts == 4
+    }
+
+    /// Where the attachments of the ears are expected; camera frame.
+    pub fn expected_ears(&self, frame: &HeadFrame) -> Vec<MeasuredLandmark> {
+        let Some((centre, up)) = self.upright else { return Vec::new() };
+        let forward = Vec3::x().cross(&up);
+        let ears = [
+            ("ear_left_upper", -1.0, EAR_UPPER_MM),
+            ("ear_left_lower", -1.0, EAR_LOWER_MM),
+            ("ear_right_upper", 1.0, EAR_UPPER_MM),
+            ("ear_right_lower", 1.0, EAR_LOWER_MM),
+        ];
+        let position = |(name, side, [x, y, z]): (&str, f64, [f64; 3])| MeasuredLandmark {
+            name: name.to_owned(),
+            position: frame.to_camera(&(centre + side * x * Vec3::x() + y * up + z * forward)),
+            sigma_mm: EAR_SIGMA_MM,
+            source: LandmarkSource::Found,
+        };
+        ears.map(position).to_vec()
     }
 
     /// The landmarks on the measured surface, camera frame.
@@ -134,8 +164,9 @@ pub(super) fn find(picture: &FrontalPicture) -> Face {
         list.push(placed("mouth_up", mouth.up, MOUTH_SIGMA_MM));
         list.push(placed("mouth_down", mouth.down, MOUTH_SIGMA_MM));
     }
-    place_midline(picture, &profile, nose.as_ref(), eyes.as_ref(), mouth.as_ref(), &mut list);
-    Face { placed: list, parts }
+    let upright = upright(picture, eyes.as_ref(), mouth.as_ref());
+    place_midline(picture, &profile, nose.as_ref(), upright, mouth.as_ref(), &mut list);
+    Face { placed: list, upright, parts }
 }
 
 fn plausible_nose(nose: &Nose) -> bool {
@@ -177,38 +208,47 @@ fn place_nose(nose: &Nose, picture: &FrontalPicture, list: &mut Vec<Placed>) {
     let found = alae.iter().filter_map(|(_, at)| *at);
     let heights: Vec<f64> = found.map(|p| picture.height_at(p.x, p.y)).collect();
     let mean = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
+    let beyond = |p: Vec2| Vec2::new(p.x + ALA_BEYOND_MM.copysign(p.x), p.y);
     for (name, at) in alae {
         list.extend(at.map(|at| Placed {
             name,
-            at,
-            raised_mm: mean - picture.height_at(at.x, at.y) + ALA_BEFORE_MM,
+            at: beyond(at),
+            raised_mm: mean - picture.height_at(beyond(at).x, at.y) + ALA_BEFORE_MM,
             sigma_mm: ALA_SIGMA_MM,
         }));
     }
 }
 
-/// Saddle, forehead and chin: by their heights relative to eyes and mouth, and by the profile.
+/// The middle between the eyes, and the direction upward from the mouth to it in the plane of
+/// symmetry.
+fn upright(
+    picture: &FrontalPicture,
+    eyes: Option<&[Eye; 2]>,
+    mouth: Option<&Mouth>,
+) -> Option<(Vec3, Vec3)> {
+    let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
+    let ([left, right], mouth) = (eyes?, mouth?);
+    let eyes = [left.inner, left.outer, right.inner, right.outer].map(lifted);
+    let centre = eyes.iter().sum::<Vec3>() / 4.0;
+    let mouth = (lifted(mouth.left) + lifted(mouth.right)) / 2.0;
+    Some((centre, Vec3::new(0.0, centre.y - mouth.y, centre.z - mouth.z).normalize()))
+}
+
+/// Saddle, forehead and chin: by their heights relative to eyes and mouth, and by the profile. The
+/// level of the face is that of `upright`, or of the head's frame.
 fn place_midline(
     picture: &FrontalPicture,
     profile: &Profile,
     nose: Option<&Nose>,
-    eyes: Option<&[Eye; 2]>,
+    upright: Option<(Vec3, Vec3)>,
     mouth: Option<&Mouth>,
     list: &mut Vec<Placed>,
 ) {
     let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
-    let eye_centre = eyes.map(|[left, right]| {
-        [left.inner, left.outer, right.inner, right.outer].map(lifted).iter().sum::<Vec3>() / 4.0
-    });
-    let mouth_centre = mouth.map(|m| (lifted(m.left) + lifted(m.right)) / 2.0);
-    // upward along the face; the levelled frame where eyes or mouth are missing
-    let up = match (eye_centre, mouth_centre) {
-        (Some(eyes), Some(mouth)) => Vec3::new(0.0, eyes.y - mouth.y, eyes.z - mouth.z).normalize(),
-        _ => Vec3::y(),
-    };
+    let up = upright.map_or(Vec3::y(), |u| u.1);
     let midline =
         |x: f64, from: Vec3, distance_mm: f64| on_surface_at(picture, x, from, up, distance_mm);
-    if let Some(centre) = eye_centre {
+    if let Some((centre, _)) = upright {
         let x = 0.5 * centre.x;
         list.push(placed("nose_saddle", midline(x, centre, SADDLE_ABOVE_EYES_MM), SADDLE_SIGMA_MM));
         list.push(placed(
