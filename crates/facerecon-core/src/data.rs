@@ -5,9 +5,11 @@ mod blocks;
 pub(crate) mod blur;
 mod capture;
 mod cloud;
+pub(crate) mod distance;
 mod landmarks;
 mod matches;
 mod mesh;
+mod outline;
 mod raster;
 pub(crate) mod sampling;
 #[cfg(test)]
@@ -24,6 +26,7 @@ pub use landmarks::{
 };
 pub use matches::{Dot, Match, Pair};
 pub use mesh::{Mesh, MeshError};
+pub use outline::Outline;
 pub use raster::{Gray, Raster, Rgb};
 pub use topology::Topology;
 pub use validation::{CaptureError, PhotoRole};

@@ -8,6 +8,7 @@ pub mod detect;
 mod error;
 pub mod filter;
 pub mod landmarks;
+pub mod outline;
 pub mod rectify;
 pub mod refine;
 pub mod register;
