@@ -134,8 +134,13 @@ fn g_register(bencher: Bencher<'_, '_>, width: usize) {
 fn h_deform(bencher: Bencher<'_, '_>, width: usize) {
     let s = scene(width);
     let goals = eliminate_multiple(&s.registered.points, &s.head.vertices, None);
-    let input =
-        DeformInput { template: &s.head, data: &s.registered, assignments: &goals, landmarks: &[] };
+    let input = DeformInput {
+        template: &s.head,
+        data: &s.registered,
+        assignments: &goals,
+        landmarks: &[],
+        outlines: &[],
+    };
     bencher.bench(|| deform(&input, &s.params.deform, &()));
 }
 

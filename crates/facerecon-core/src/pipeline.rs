@@ -7,6 +7,7 @@ mod landmarks;
 mod matching;
 mod measured;
 mod numbers;
+mod outline;
 mod params;
 mod photo_check;
 mod reconstruct;

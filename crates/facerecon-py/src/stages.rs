@@ -178,6 +178,7 @@ fn register<'py>(
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
             landmarks: &landmarks,
+            outlines: &[],
             frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };
         Ok(run_register(&input, params, watch)?)

@@ -170,6 +170,7 @@ pub(super) fn deform(args: &DeformArgs, terminal: &Terminal) -> Result<(), Failu
         data: &cloud,
         assignments: &assignments,
         landmarks: &single_stage::landmark_targets(&landmarks, &head, &pose.model_from_data),
+        outlines: &[],
     };
     let deformed = deform_stage::deform(&input, &params.deform, &Progress::new(terminal))?;
     io::write_mesh(&args.output, &deformed.mesh, None)?;

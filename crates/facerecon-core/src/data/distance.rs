@@ -52,8 +52,8 @@ fn nearest_in_row(y: usize, rows: &[u32]) -> Vec<(f32, u32)> {
     for column in (0..width).filter(|&c| rows[c] != NONE) {
         let mut start = f64::NEG_INFINITY;
         while let (Some(&last), Some(&last_start)) = (columns.last(), starts.last()) {
-            let difference = height(column) + square(column as f64) - height(last)
-                - square(last as f64);
+            let difference =
+                height(column) + square(column as f64) - height(last) - square(last as f64);
             start = difference / (2.0 * (column - last) as f64);
             if start > last_start {
                 break;
@@ -87,9 +87,8 @@ mod tests {
         let found = nearest_marked(&marked);
         for y in 0..23usize {
             for x in 0..31usize {
-                let to = |i: usize| {
-                    ((i % 31).abs_diff(x).pow(2) + (i / 31).abs_diff(y).pow(2)) as f32
-                };
+                let to =
+                    |i: usize| ((i % 31).abs_diff(x).pow(2) + (i / 31).abs_diff(y).pow(2)) as f32;
                 let expected = (0..31 * 23).filter(|&i| marked.data()[i]).map(to);
                 let expected = expected.fold(f32::INFINITY, f32::min).sqrt();
                 let (distance, index) = found.at(x, y);

@@ -1,7 +1,7 @@
 //! The outline of the subject in a photo.
 
-use super::distance::{NONE, nearest_marked};
 use super::Raster;
+use super::distance::{NONE, nearest_marked};
 use crate::math::Vec2;
 
 /// Where a photo shows the subject and where the background, as a distance from the line between.

@@ -140,7 +140,7 @@ pub(super) fn points(
         (Some(dense), Some(rig)) => super::dense::cloud(dense, rig),
         _ => dots.clone(),
     };
-    Points { dots, all, landmarks, expected: Vec::new() }
+    Points { dots, all, landmarks, expected: Vec::new(), outlines: Vec::new() }
 }
 
 /// A landmark marked by hand, at its triangulated position.

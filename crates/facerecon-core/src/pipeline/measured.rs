@@ -1,7 +1,8 @@
 //! What a run measured, before any shape is fitted to it.
 
-use crate::camera::RectifiedRig;
-use crate::data::{Cloud, CloudFrame, Match, MeasuredLandmark};
+use crate::camera::{Pinhole, RectifiedRig};
+use crate::data::{Cloud, CloudFrame, Match, MeasuredLandmark, Outline};
+use crate::math::Similarity;
 use crate::stages::refine::Refined;
 
 /// What was measured: the input of the surface.
@@ -26,4 +27,14 @@ pub(super) struct Points {
     pub(super) landmarks: Vec<MeasuredLandmark>,
     /// Expected positions of landmarks that were not measured; they only guide the deformation.
     pub(super) expected: Vec<MeasuredLandmark>,
+    /// The subject's outlines in the plain photos, where they were found.
+    pub(super) outlines: Vec<CameraOutline>,
+}
+
+/// The subject's outline in one photo with the photo's camera.
+pub(super) struct CameraOutline {
+    pub(super) camera: Pinhole,
+    /// From the frame of the points.
+    pub(super) camera_from_points: Similarity,
+    pub(super) outline: Outline,
 }

@@ -8,6 +8,7 @@ use crate::stages::deform::{DeformMethod, DeformParams};
 use crate::stages::detect::{DetectMethod, DetectParams};
 use crate::stages::filter::FilterParams;
 use crate::stages::landmarks::{LandmarkMethod, LandmarksParams};
+use crate::stages::outline::OutlineParams;
 use crate::stages::rectify::RectifyParams;
 use crate::stages::refine::{RefineMethod, RefineParams};
 use crate::stages::register::{RegisterMethod, RegisterParams};
@@ -47,6 +48,8 @@ crate::settings::settings! {
         cameras: CamerasParams = CamerasParams::default();
         /// Measuring disparity by image matching.
         refine: RefineParams = RefineParams::default();
+        /// The subject's outline in the plain photos.
+        outline: OutlineParams = OutlineParams::default();
         /// Disparity to points.
         triangulate: TriangulateParams = TriangulateParams::default();
         /// Finding the landmarks of the face.

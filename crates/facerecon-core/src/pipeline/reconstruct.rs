@@ -7,9 +7,9 @@ use super::photo_check::check_rectified;
 use super::run::Run;
 use super::shape::{self, Shape};
 use super::uncertainty::with_uncertainty;
-use super::{Error, Params, Reconstruction, inputs};
+use super::{Error, Params, Reconstruction, inputs, outline};
 use crate::data::{Capture, CloudFrame, Dot, Match, Mesh};
-use crate::observer::{Artifact, Observer};
+use crate::observer::{Artifact, Event, Observer};
 use crate::stages::correspond::Correspondence;
 use crate::stages::rectify::{Rectified, rectify};
 use crate::stages::refine::{RefineMethod, Refined, match_remaining_dots, refine};
@@ -39,8 +39,15 @@ pub fn reconstruct(
         rectified.rectification.rig =
             inputs::cameras(&run, &found.correspondence, &rectified, params)?;
     }
-    let (matches, dense) =
+    let (mut matches, mut dense) =
         measure_disparity(&run, &rectified, found.correspondence, &found.dots, params)?;
+
+    let views = &rectified.rectification;
+    let outlines =
+        run.stage("outline", |o| outline::subject_outlines(capture, views, &matches, params, o))?;
+    let off_subject = outline::keep_subject(&mut matches, dense.as_mut(), &outlines, views);
+    let what = "matches off the subject";
+    run.event(&Event::Count { stage: "outline", what, count: off_subject });
 
     let rig = rectified.rectification.rig.as_ref();
     let features = inputs::features(capture, &rectified.rectification, template)?;
@@ -60,6 +67,7 @@ pub fn reconstruct(
     let mut points = inputs::points(&points.cloud, &measured, &features);
     let landmarks = with_found(&run, capture, &rectified, &points, frame, params)?;
     (points.landmarks, points.expected) = (landmarks.measured, landmarks.expected);
+    points.outlines = outline::camera_outlines(capture, frame, outlines);
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;
     let smoothed =

@@ -9,7 +9,7 @@ use crate::observer::{Artifact, Observer};
 use crate::pipeline::Error;
 use crate::pipeline::Params;
 use crate::spatial::SurfaceIndex;
-use crate::stages::deform::{DeformInput, deform};
+use crate::stages::deform::{DeformInput, OutlineView, deform};
 use crate::stages::register::{RegisterError, Registration};
 use crate::stages::surface::{Surface, SurfaceInput, surface};
 use crate::stages::triangulate::ModelUnits;
@@ -42,11 +42,20 @@ pub(super) fn deformed(
     run.artifact("register", "head", Artifact::Mesh(&head));
     run.artifact("register", "cloud", Artifact::Points(&registered.points));
     let guides: Vec<_> = points.landmarks.iter().chain(&points.expected).cloned().collect();
+    let camera_from_model = model_from_camera.inverse();
+    let outlines: Vec<_> = (points.outlines.iter())
+        .map(|o| OutlineView {
+            camera: o.camera,
+            camera_from_mesh: o.camera_from_points.compose(&camera_from_model),
+            outline: &o.outline,
+        })
+        .collect();
     let input = DeformInput {
         template: &head,
         data: &registered,
         assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
         landmarks: &inputs::landmark_targets(&guides, template, &model_from_camera),
+        outlines: &outlines,
     };
     let fitted = run.stage("deform", |o| deform(&input, &params.deform, o))?;
     run.artifact("deform", "mesh", Artifact::Mesh(&fitted.mesh));

@@ -6,8 +6,9 @@ mod rbf_biharmonic;
 mod rbf_gaussian;
 mod rbf_linear;
 
-use crate::data::{Cloud, Mesh, MeshError};
-use crate::math::Vec3;
+use crate::camera::Pinhole;
+use crate::data::{Cloud, Mesh, MeshError, Outline};
+use crate::math::{Similarity, Vec3};
 use crate::observer::{Cancelled, Observer};
 use crate::settings::{SettingsError, Value};
 
@@ -62,6 +63,19 @@ pub struct DeformInput<'a> {
     pub assignments: &'a [(usize, Vec3)],
     /// Vertices of landmarks with their measured positions.
     pub landmarks: &'a [LandmarkTarget],
+    /// The subject's outlines in the photos, which bound the head; only non-rigid ICP uses them.
+    pub outlines: &'a [OutlineView<'a>],
+}
+
+/// The subject's outline in one photo, with the camera that took it.
+#[derive(Clone, Copy, Debug)]
+pub struct OutlineView<'a> {
+    /// The camera.
+    pub camera: Pinhole,
+    /// From the frame of the head to that of the camera.
+    pub camera_from_mesh: Similarity,
+    /// The outline in the photo as taken.
+    pub outline: &'a Outline,
 }
 
 /// The measured position of a landmark of the head; model frame, mm.
@@ -183,6 +197,7 @@ const MAX_SOLVE_ERROR: f64 = 1e-8;
 ///     data: &Cloud::default(),
 ///     assignments: &assignments,
 ///     landmarks: &[],
+///     outlines: &[],
 /// };
 /// let deformed = deform(&input, &DeformParams::default(), &())?;
 /// assert!((deformed.mesh.vertices[3].z - 2.0).abs() < 1e-9);

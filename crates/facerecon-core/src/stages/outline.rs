@@ -176,6 +176,7 @@ fn spacing_px(dots: &[Vec2]) -> Option<f64> {
         return None;
     }
     let index = PointIndex::<2>::new(dots)?;
-    let nearest = dots.iter().filter_map(|p| Some(index.nearest_n(&[p.x, p.y], 2).get(1)?.distance));
+    let nearest =
+        dots.iter().filter_map(|p| Some(index.nearest_n(&[p.x, p.y], 2).get(1)?.distance));
     median(&nearest.collect::<Vec<_>>()).filter(|s| *s > 0.0)
 }

@@ -15,6 +15,7 @@ STAGES = (
     "correspond",
     "cameras",
     "refine",
+    "outline",
     "triangulate",
     "landmarks",
     "register",

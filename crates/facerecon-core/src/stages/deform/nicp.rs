@@ -12,6 +12,7 @@ mod landmark_warp;
 mod laplacian;
 mod matching;
 mod measured_points;
+mod outline;
 mod plate;
 mod small_components;
 mod subdivide;
@@ -28,8 +29,9 @@ use crate::observer::{Event, Observer};
 use super::{DeformError, DeformInput, DeformParams, Deformed, LandmarkTarget};
 use matching::{MatchLimits, Matcher, max_local_spread_mm, require_matches};
 use measured_points::{MeasuredPoint, thin_over_list, thin_over_space};
+use outline::OutlineMatcher;
 use plate::{Plate, PlateData};
-use surface_match::rms_on;
+use surface_match::{area_per_match, rms_on};
 use vertices_in_front::FrontMatcher;
 
 crate::settings::settings! {
@@ -83,7 +85,11 @@ pub(super) fn deform(
 ) -> Result<Deformed, DeformError> {
     let (template, own) = (input.template, &params.nicp);
     let mut points = MeasuredPoint::from_cloud(input.data, own.sigma_mm);
-    small_components::label_small_components(&mut points);
+    let small_share = match input.outlines.is_empty() {
+        true => small_components::SMALL_SHARE,
+        false => small_components::SMALL_SHARE_OF_SUBJECT,
+    };
+    small_components::label_small_components(&mut points, small_share);
     let few = thin_over_space(&points, own.points);
     let limits = MatchLimits::new(template, own);
     let mut step = 0;
@@ -104,7 +110,9 @@ pub(super) fn deform(
         false => Similarity::identity(),
     };
     let (rest, landmarks) = rest_by_landmarks(template, &landmarks, &data_from_template);
-    let mut bent = bend(&rest, &few, &limits, &landmarks, own, &mut report)?;
+    let outlines = OutlineMatcher::new(input.outlines, own.border_rings);
+    let fixed = Fixed { landmarks: &landmarks, outlines: &outlines };
+    let mut bent = bend(&rest, &few, &limits, &fixed, own, &mut report)?;
 
     let matches = Matcher::new(&bent, &limits)?.find(&few, own.reach_mm, MAX_SPLIT_SPREAD_MM);
     let centres = require_matches(&matches)?;
@@ -119,6 +127,7 @@ pub(super) fn deform(
         let many = thin_over_list(&points, own.detail_points);
         rms_after = detail::refine_detail(&mut bent, &many, &limits, own, &mut report)?;
     }
+    outlines.bound(&mut bent, own.reach_mm);
     Ok(Deformed { mesh: bent, centres, rms_before, rms_after })
 }
 
@@ -142,12 +151,18 @@ fn rest_by_landmarks(
     (warped.transformed(data_from_template), landmarks)
 }
 
+/// What holds the head beside the points.
+struct Fixed<'a> {
+    landmarks: &'a [LandmarkTarget],
+    outlines: &'a OutlineMatcher<'a>,
+}
+
 /// Bends the vertices of the mesh at rest to the points, from stiff to flexible.
 fn bend(
     rest: &Mesh,
     points: &[MeasuredPoint],
     limits: &MatchLimits,
-    landmarks: &[LandmarkTarget],
+    fixed: &Fixed<'_>,
     params: &NicpParams,
     report: &mut dyn FnMut(f64) -> Result<f64, DeformError>,
 ) -> Result<Mesh, DeformError> {
@@ -161,8 +176,10 @@ fn bend(
             let max_spread_mm = max_local_spread_mm(stiffness_mm);
             let mut matches = Matcher::new(&bent, limits)?.find(points, reach_mm, max_spread_mm);
             require_matches(&matches)?;
+            let area_mm2 = area_per_match(rest, &matches);
             matches.extend(front.find(&bent, reach_mm));
-            let data = PlateData { matches: &matches, landmarks };
+            matches.extend(fixed.outlines.find(&bent, reach_mm, area_mm2));
+            let data = PlateData { matches: &matches, landmarks: fixed.landmarks };
             plate.bend(rest, &mut displacements, &data, stiffness_mm)?;
             let moved = rest.vertices.iter().zip(&displacements).map(|(p, d)| p + d);
             bent = bent.with_vertices(moved.collect());

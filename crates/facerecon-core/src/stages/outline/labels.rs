@@ -57,9 +57,8 @@ pub(super) struct Labels {
 pub(super) fn subject_cells(cells: &Cells, background: &Background) -> Labels {
     let deviation = squared_deviation(cells, background);
     let threshold = thresholds(cells, &deviation);
-    let evidence = deviation.zip_map(&threshold, |d, t| {
-        (0.5 * (t - d)).clamp(EVIDENCE_RANGE.0, EVIDENCE_RANGE.1)
-    });
+    let evidence = deviation
+        .zip_map(&threshold, |d, t| (0.5 * (t - d)).clamp(EVIDENCE_RANGE.0, EVIDENCE_RANGE.1));
     let differs = evidence.blurred(EVIDENCE_BLUR).map(|e| e < 0.0);
     let subject = without_holes(&component_of(&differs, &cells.dots));
     Labels { subject, evidence }

@@ -13,19 +13,22 @@ use crate::math::median;
 const POINTS_PER_CELL: f64 = 4.0;
 /// Components with a smaller share of all points are small. The skin of a face is one
 /// large component; smaller parts of it are still large enough at this share.
-const SMALL_SHARE: f64 = 0.1;
+pub(super) const SMALL_SHARE: f64 = 0.1;
+/// The same where the outline has shown that all points are the subject's: the neck below the chin
+/// counts, the edge of an ear does not.
+pub(super) const SMALL_SHARE_OF_SUBJECT: f64 = 0.02;
 /// A small component is dropped when the median distance of its points from the surface is larger
 /// than this, mm: more than the head is still wrong by after the stiff rounds.
 const MAX_MEDIAN_DISTANCE_MM: f64 = 4.0;
 
 /// Numbers the small components and labels their points.
-pub(super) fn label_small_components(points: &mut [MeasuredPoint]) {
+pub(super) fn label_small_components(points: &mut [MeasuredPoint], small_share: f64) {
     let cell = cell_size(points, POINTS_PER_CELL);
     let mut members: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
     for (i, p) in points.iter().enumerate() {
         members.entry(grid_key(&p.position, cell)).or_default().push(i);
     }
-    let small = (SMALL_SHARE * points.len() as f64) as usize;
+    let small = (small_share * points.len() as f64) as usize;
     let mut number = 0;
     while let Some((start, first)) = members.pop_first() {
         let component = flood(start, first, &mut members);
@@ -88,13 +91,13 @@ mod tests {
     #[test]
     fn only_small_components_are_labelled() {
         let mut points = three_sheets();
-        label_small_components(&mut points);
+        label_small_components(&mut points, SMALL_SHARE);
         assert!(points[..900].iter().all(|p| p.small_component.is_none()));
         let labels = [&points[900..936], &points[936..]]
             .map(|sheet| sheet.iter().map(|p| p.small_component).collect::<Vec<_>>());
         assert!(labels.iter().all(|l| l[0].is_some() && l.iter().all(|c| *c == l[0])));
         assert_ne!(labels[0][0], labels[1][0]);
-        label_small_components(&mut []);
+        label_small_components(&mut [], SMALL_SHARE);
     }
 
     #[test]

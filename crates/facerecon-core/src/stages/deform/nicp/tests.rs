@@ -51,7 +51,7 @@ fn scan(truth: &Mesh, wrong: usize) -> Cloud {
 }
 
 fn fit(template: &Mesh, data: &Cloud) -> Deformed {
-    let input = DeformInput { template, data, assignments: &[], landmarks: &[] };
+    let input = DeformInput { template, data, assignments: &[], landmarks: &[], outlines: &[] };
     deform(&input, &nicp(), &()).unwrap()
 }
 
@@ -221,7 +221,13 @@ fn the_template_vertices_come_first_and_alone_without_subdivision() {
     let data = scan(&truth, 25);
     let mut params = nicp();
     params.nicp.subdivide = false;
-    let input = DeformInput { template: &template, data: &data, assignments: &[], landmarks: &[] };
+    let input = DeformInput {
+        template: &template,
+        data: &data,
+        assignments: &[],
+        landmarks: &[],
+        outlines: &[],
+    };
     let fixed = deform(&input, &params, &()).unwrap().mesh;
     assert_eq!(fixed.faces, template.faces);
     assert_eq!(fixed.vertices.len(), template.vertices.len());
@@ -250,7 +256,13 @@ fn vertices_keep_their_meaning_by_landmarks_and_a_wrong_one_does_not_tear_the_me
         .map(|&vertex| LandmarkTarget { vertex, position: truth.vertices[vertex], sigma_mm: 1.0 })
         .collect();
     let fit = |landmarks: &[LandmarkTarget]| {
-        let input = DeformInput { template: &template, data: &data, assignments: &[], landmarks };
+        let input = DeformInput {
+            template: &template,
+            data: &data,
+            assignments: &[],
+            landmarks,
+            outlines: &[],
+        };
         deform(&input, &nicp(), &()).unwrap().mesh
     };
     let inner = |v: usize| template.vertices[v].z > 70.0 && template.vertices[v].y.abs() < 65.0;
@@ -275,7 +287,13 @@ fn vertices_keep_their_meaning_by_landmarks_and_a_wrong_one_does_not_tear_the_me
 fn data_that_cannot_be_fitted_are_refused() {
     let template = crate::template::head().mesh;
     let far = Cloud::from_points(vec![Vec3::new(900.0, 0.0, 0.0); 200]);
-    let input = DeformInput { template: &template, data: &far, assignments: &[], landmarks: &[] };
+    let input = DeformInput {
+        template: &template,
+        data: &far,
+        assignments: &[],
+        landmarks: &[],
+        outlines: &[],
+    };
     let error = deform(&input, &nicp(), &()).unwrap_err();
     assert!(matches!(error, DeformError::TooFew { got: 0, .. }), "{error}");
     let nan = Cloud::from_points(vec![Vec3::repeat(f64::NAN); 200]);
