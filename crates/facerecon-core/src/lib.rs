@@ -5,7 +5,8 @@
 //! 2. filter, detect: find the projected dots,
 //! 3. correspond: match the dots of the left photo with those of the right,
 //! 4. cameras: estimate the cameras from the pattern, where there is no calibration,
-//! 5. refine: measure the disparity by image matching, at the dots and between them,
+//! 5. refine: measure the disparity by image matching, at the dots and between them; outline: find where
+//!    the plain photos show the subject,
 //! 6. triangulate: disparity to points in space,
 //! 7. landmarks: find eyes, nose, mouth and chin on the surface and in the photos,
 //! 8. register: align the points with the template, a generic head, by the landmarks,

@@ -178,7 +178,6 @@ fn register<'py>(
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
             landmarks: &landmarks,
-            outlines: &[],
             frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };
         Ok(run_register(&input, params, watch)?)
@@ -227,6 +226,7 @@ fn deform<'py>(
             data: &data,
             assignments: &assignments,
             landmarks: &landmarks,
+            outlines: &[],
         };
         Ok(run_deform(&input, params, watch)?)
     })?;
