@@ -65,7 +65,9 @@ fn the_result_has_null_for_what_needs_a_template() {
     assert!(ran.err.contains("measured surface"), "{}", ran.err);
     let facts = json(&ran.out);
     assert_eq!(facts["params"]["surface"]["method"], "auto");
-    assert_eq!((&facts["face_width_mm"], &facts["face_height_mm"]), (&Value::Null, &Value::Null));
+    // the width needs the ears, which only a template has; saddle and chin were found
+    assert_eq!(facts["face_width_mm"], Value::Null);
+    assert!((90.0..150.0).contains(&facts["face_height_mm"].as_f64().unwrap()));
     let stages = facts["timings_ms"].as_object().unwrap();
     assert!(stages.contains_key("surface") && !stages.contains_key("deform"));
     assert!(facts["registration"]["iterations"].as_u64().is_some());

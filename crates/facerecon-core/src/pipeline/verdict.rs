@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn slight_deviations_leave_a_result_usable() {
-        let slight = VerdictFigures { landmarks_found: 8, ..good() };
+        let slight = VerdictFigures { landmarks_found: 10, ..good() };
         assert_eq!(level(slight), VerdictLevel::Usable);
         let one = VerdictFigures { proportions_sd: [("mouth_width", 6.0)].into(), ..good() };
         assert_eq!(level(one), VerdictLevel::Usable);

@@ -15,6 +15,7 @@ mod layout;
 mod mouth;
 mod nose;
 mod nose_tip;
+mod surface_points;
 mod symmetry;
 #[cfg(test)]
 mod tests;
@@ -26,7 +27,8 @@ use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value, choices, settings};
 
 use frontal::FrontalPicture;
-use head_frame::{HeadFrame, SurfacePoints};
+use head_frame::HeadFrame;
+use surface_points::SurfacePoints;
 
 choices! {
     /// How landmarks that are not marked are found.

@@ -7,6 +7,7 @@
 //! cluttered background) nothing is said.
 
 mod background;
+mod cell_images;
 mod certainty;
 mod labels;
 
@@ -165,7 +166,7 @@ impl Cells {
         let dots: Vec<_> = input.dots.iter().filter_map(to_cell).collect();
         let count = (step * step) as f32;
         let colours = input.image.block_sums(step).map(|sum| sum.map(|s| s as f32 / count));
-        let colours = labels::smoothed(&colours);
+        let colours = cell_images::smoothed(&colours);
         (dots.len() >= MIN_DOTS).then_some(Self { step, colours, dots, spacing })
     }
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::head_frame::SurfacePoints;
+use super::surface_points::SurfacePoints;
 use crate::math::{Vec3, percentile};
 use crate::spatial::PointIndex;
 

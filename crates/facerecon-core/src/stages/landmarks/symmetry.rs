@@ -3,7 +3,7 @@
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 
-use super::head_frame::SurfacePoints;
+use super::surface_points::SurfacePoints;
 use crate::math::{Mat3, Vec3};
 use crate::spatial::PointIndex;
 

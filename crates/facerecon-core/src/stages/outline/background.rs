@@ -5,7 +5,7 @@ use crate::math::median;
 use rayon::prelude::*;
 
 use super::Cells;
-use super::labels::{channel, distance_to};
+use super::cell_images::{channel, distance_to};
 
 /// Cells that the smooth model is fitted to, at most: far more than its unknowns need.
 const MAX_SAMPLES: usize = 20_000;

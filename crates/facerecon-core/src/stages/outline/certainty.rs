@@ -1,6 +1,7 @@
 //! Where the line between subject and background is known.
 
-use super::labels::{DotDistance, Labels, distance_to};
+use super::cell_images::distance_to;
+use super::labels::{DotDistance, Labels};
 use crate::data::{Gray, Raster};
 
 /// Width of the bands on both sides of the line that are judged, dot spacings, and at least, cells.
