@@ -11,6 +11,7 @@ mod matches;
 mod mesh;
 mod outline;
 mod raster;
+pub(crate) mod regions;
 pub(crate) mod sampling;
 #[cfg(test)]
 pub(crate) mod test_meshes;

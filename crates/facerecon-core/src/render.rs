@@ -20,6 +20,7 @@ mod tests;
 pub use error::{LARGEST_SIDE, RenderError};
 pub use font::{GLYPH_HEIGHT, draw_text, text_width};
 pub use heat::{Heat, nice_ceiling};
+pub(crate) use light::linear_table;
 pub use light::{encode_srgb, linear_from_srgb, sample_texture, srgb_from_linear};
 pub use occlusion::ambient_openness;
 pub use photograph::photograph;

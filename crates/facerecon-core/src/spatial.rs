@@ -9,5 +9,5 @@ mod surface;
 pub use assignment::eliminate_multiple;
 pub use icp::{Icp, IcpIteration, IcpStep, Termination, iterate_closest_points};
 pub use pattern_pitch::{estimate_pitch, thin_to_pitch};
-pub use points::{Neighbour, PointIndex};
+pub use points::{Neighbour, PointIndex, median_spacing};
 pub use surface::{SurfaceIndex, SurfacePoint};

@@ -7,26 +7,17 @@ use crate::data::{Capture, CloudFrame, MeasuredLandmark};
 use crate::stages::landmarks::{LandmarksInput, find_landmarks};
 use crate::stages::rectify::Rectified;
 
-/// The landmarks of a run.
-pub(super) struct Landmarks {
-    /// Marked and found.
-    pub(super) measured: Vec<MeasuredLandmark>,
-    /// Expected positions of others, which are not measurements.
-    pub(super) expected: Vec<MeasuredLandmark>,
-}
-
-/// The marked landmarks, and those that are found of the others.
-pub(super) fn with_found(
+/// Adds the landmarks that are found to the marked ones, and the expected positions of the others.
+pub(super) fn find_unmarked(
     run: &Run<'_>,
     capture: &Capture,
     rectified: &Rectified,
-    points: &Points,
     frame: CloudFrame,
+    points: &mut Points,
     params: &Params,
-) -> Result<Landmarks, Error> {
-    let mut measured = points.landmarks.clone();
+) -> Result<(), Error> {
     if frame == CloudFrame::Model {
-        return Ok(Landmarks { measured, expected: Vec::new() });
+        return Ok(());
     }
     let input = LandmarksInput {
         surface: &points.all,
@@ -34,12 +25,11 @@ pub(super) fn with_found(
         rectification: &rectified.rectification,
     };
     let found = run.stage("landmarks", |o| find_landmarks(&input, &params.landmarks, o))?;
-    for landmark in found.landmarks {
-        if measured.iter().all(|l| l.name != landmark.name) {
-            measured.push(landmark);
-        }
-    }
-    let missing = |l: &MeasuredLandmark| measured.iter().all(|m| m.name != l.name);
-    let expected = found.expected.into_iter().filter(missing).collect();
-    Ok(Landmarks { measured, expected })
+    let unknown = |known: &[MeasuredLandmark], found: Vec<MeasuredLandmark>| -> Vec<_> {
+        found.into_iter().filter(|l| known.iter().all(|k| k.name != l.name)).collect()
+    };
+    let added = unknown(&points.landmarks, found.landmarks);
+    points.landmarks.extend(added);
+    points.expected = unknown(&points.landmarks, found.expected);
+    Ok(())
 }

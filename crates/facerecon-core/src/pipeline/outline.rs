@@ -7,6 +7,7 @@ use crate::data::{Capture, CloudFrame, Gray, Match, Outline};
 use crate::math::{Similarity, Vec2};
 use crate::observer::Observer;
 use crate::pipeline::{Error, Params};
+use crate::spatial::median_spacing;
 use crate::stages::outline::{OutlineInput, outline};
 use crate::stages::refine::Refined;
 
@@ -34,7 +35,7 @@ pub(super) fn subject_outlines(
         let named = SideObserver { side, observer };
         let candidate = outline(&input, &params.outline, &named)?;
         found[i] = candidate.filter(|o| {
-            let limit = OUTSIDE_SPACINGS * spacing_px(&dots);
+            let limit = OUTSIDE_SPACINGS * median_spacing(&dots).unwrap_or(0.0);
             let outside = dots.iter().filter(|p| is_outside(o, **p, limit)).count();
             outside as f64 <= MAX_OUTSIDE * dots.len() as f64
         });
@@ -50,14 +51,6 @@ fn is_outside(outline: &Outline, pixel: Vec2, limit_px: f64) -> bool {
     outline.distance_px(pixel).is_some_and(|d| d > limit_px)
 }
 
-/// Typical distance between neighbouring dots, pixels.
-fn spacing_px(dots: &[Vec2]) -> f64 {
-    let Some(index) = crate::spatial::PointIndex::<2>::new(dots) else { return 0.0 };
-    let second = |p: &Vec2| index.nearest_n(&[p.x, p.y], 2).get(1).map(|n| n.distance);
-    let distances: Vec<f64> = dots.iter().filter_map(second).collect();
-    crate::math::median(&distances).unwrap_or(0.0)
-}
-
 /// Removes the matches that lie outside the subject in either photo, and the dense disparity there:
 /// both photos see a matched point, so it is on the subject in both. Returns how many matches were
 /// removed.
@@ -67,8 +60,11 @@ pub(super) fn keep_subject(
     outlines: &[Option<Outline>; 2],
     views: &Rectification,
 ) -> usize {
+    if outlines.iter().all(Option::is_none) {
+        return 0;
+    }
     let dots: Vec<Vec2> = matches.iter().map(|m| m.left).collect();
-    let limit = OUTSIDE_SPACINGS * spacing_px(&dots);
+    let limit = OUTSIDE_SPACINGS * median_spacing(&dots).unwrap_or(0.0);
     let outside = |left: Vec2, right: Vec2| {
         let in_view = |i: usize, view: &View, p: Vec2| {
             outlines[i].as_ref().is_some_and(|o| is_outside(o, view.to_photo(p), limit))

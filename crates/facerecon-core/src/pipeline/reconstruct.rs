@@ -1,6 +1,6 @@
 //! The stages in order and nothing else.
 
-use super::landmarks::with_found;
+use super::landmarks::find_unmarked;
 use super::matching::match_photos;
 use super::measured::{Measured, Points};
 use super::photo_check::check_rectified;
@@ -65,8 +65,7 @@ pub fn reconstruct(
         frame,
     };
     let mut points = inputs::points(&points.cloud, &measured, &features);
-    let landmarks = with_found(&run, capture, &rectified, &points, frame, params)?;
-    (points.landmarks, points.expected) = (landmarks.measured, landmarks.expected);
+    find_unmarked(&run, capture, &rectified, frame, &mut points, params)?;
     points.outlines = outline::camera_outlines(capture, frame, outlines);
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;

@@ -41,7 +41,8 @@ pub(super) fn deformed(
     let registered = points.all.transformed(&model_from_camera);
     run.artifact("register", "head", Artifact::Mesh(&head));
     run.artifact("register", "cloud", Artifact::Points(&registered.points));
-    let guides: Vec<_> = points.landmarks.iter().chain(&points.expected).cloned().collect();
+    let mut landmarks = inputs::landmark_targets(&points.landmarks, template, &model_from_camera);
+    landmarks.extend(inputs::landmark_targets(&points.expected, template, &model_from_camera));
     let camera_from_model = model_from_camera.inverse();
     let outlines: Vec<_> = (points.outlines.iter())
         .map(|o| OutlineView {
@@ -54,7 +55,7 @@ pub(super) fn deformed(
         template: &head,
         data: &registered,
         assignments: &inputs::assignments(&pose, &points.dots, &head, &model_from_camera),
-        landmarks: &inputs::landmark_targets(&guides, template, &model_from_camera),
+        landmarks: &landmarks,
         outlines: &outlines,
     };
     let fitted = run.stage("deform", |o| deform(&input, &params.deform, o))?;

@@ -12,7 +12,7 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use crate::data::{Cloud, Mesh};
+use crate::data::{Cloud, Mesh, Topology};
 use crate::math::{Vec3, median};
 use crate::spatial::PointIndex;
 
@@ -105,7 +105,7 @@ fn supports(mesh: &Mesh, points: &Cloud, camera: &Vec3) -> Vec<Option<Support>> 
 /// Median distance of a point from the next one.
 fn spacing(index: &PointIndex<3>, points: &[Vec3]) -> f64 {
     let step = points.len().div_ceil(SPACING_SAMPLES).max(1);
-    let next = |p: &Vec3| index.nearest_n(&[p.x, p.y, p.z], 2).get(1).map(|n| n.distance);
+    let next = |p: &Vec3| index.distance_to_next(&[p.x, p.y, p.z]);
     let distances: Vec<f64> = points.iter().step_by(step).filter_map(next).collect();
     median(&distances).unwrap_or(0.0)
 }
@@ -113,13 +113,7 @@ fn spacing(index: &PointIndex<3>, points: &[Vec3]) -> f64 {
 /// For each vertex the way along the edges from the nearest measured one, with the standard
 /// deviation there; `None` where no way leads to one.
 fn reach(mesh: &Mesh, sigmas: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
-    let mut neighbours = vec![Vec::new(); mesh.vertices.len()];
-    for &[a, b, c] in &mesh.faces {
-        for (i, j) in [(a, b), (b, c), (c, a)] {
-            neighbours[i as usize].push(j as usize);
-            neighbours[j as usize].push(i as usize);
-        }
-    }
+    let neighbours = Topology::new(mesh).neighbours;
     let mut reached: Vec<Option<(f64, f64)>> = sigmas.iter().map(|s| Some((0.0, (*s)?))).collect();
     // ways are not negative, so that the order of their bits is the order of their lengths
     let start = |(v, r): (usize, &Option<(f64, f64)>)| r.is_some().then_some(Reverse((0_u64, v)));
@@ -130,6 +124,7 @@ fn reach(mesh: &Mesh, sigmas: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
             continue; // a shorter way was found
         }
         for &next in &neighbours[vertex] {
+            let next = next as usize;
             let longer = way + (mesh.vertices[next] - mesh.vertices[vertex]).norm();
             if longer.is_finite() && reached[next].is_none_or(|(known, _)| longer < known) {
                 reached[next] = Some((longer, sigma));

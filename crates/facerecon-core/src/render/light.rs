@@ -22,7 +22,7 @@ pub fn encode_srgb(linear: &Raster<[f32; 3]>) -> Rgb {
 }
 
 /// Table of [`linear_from_srgb`] for all 256 values.
-pub(super) fn linear_table() -> [f64; 256] {
+pub(crate) fn linear_table() -> [f64; 256] {
     std::array::from_fn(|v| linear_from_srgb(v as u8))
 }
 

@@ -4,7 +4,7 @@ use std::num::NonZero;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, median};
 
 /// A point of the index, with its distance from the query (not squared).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,21 @@ impl PointIndex<2> {
     }
 }
 
+/// Median distance from a point to the nearest other one; `None` with fewer than two points or a
+/// coordinate that is not finite.
+pub fn median_spacing(points: &[Vec2]) -> Option<f64> {
+    let index = PointIndex::<2>::new(points)?;
+    let nearest: Vec<f64> =
+        points.iter().filter_map(|p| index.distance_to_next(&[p.x, p.y])).collect();
+    median(&nearest)
+}
+
 impl<const D: usize> PointIndex<D> {
+    /// Distance from one of the points to the nearest other one; `None` with fewer than two.
+    pub fn distance_to_next(&self, point: &[f64; D]) -> Option<f64> {
+        self.nearest_n(point, 2).get(1).map(|n| n.distance)
+    }
+
     fn from_arrays(points: &[[f64; D]]) -> Option<Self> {
         if points.is_empty() || !points.iter().flatten().all(|c| c.is_finite()) {
             return None;

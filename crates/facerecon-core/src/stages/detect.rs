@@ -12,11 +12,11 @@ use gaussian::gaussian;
 use thin::{Thinned, thin};
 
 use crate::data::{Dot, Gray};
-use crate::math::{Vec2, median};
+use crate::math::Vec2;
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
 use crate::settings::{choices, settings};
-use crate::spatial::PointIndex;
+use crate::spatial::median_spacing;
 
 choices! {
     /// How dots are found.
@@ -151,10 +151,5 @@ pub fn detect(
 /// Median distance from a dot to the nearest other one, pixels; `None` with fewer than two dots.
 fn spacing_px(dots: &[Dot]) -> Option<f64> {
     let positions: Vec<Vec2> = dots.iter().map(|d| d.position).collect();
-    let index = PointIndex::<2>::new(&positions)?;
-    let nearest: Vec<f64> = positions
-        .iter()
-        .filter_map(|p| index.nearest_n(&[p.x, p.y], 2).get(1).map(|n| n.distance))
-        .collect();
-    median(&nearest).filter(|s| *s > 0.0)
+    median_spacing(&positions).filter(|s| *s > 0.0)
 }

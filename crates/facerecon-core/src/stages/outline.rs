@@ -15,10 +15,10 @@ mod labels;
 mod tests;
 
 use crate::data::{Outline, Raster, Rgb};
-use crate::math::{Vec2, median};
+use crate::math::Vec2;
 use crate::observer::{Artifact, Cancelled, Event, Observer};
 use crate::settings::{SettingsError, Value};
-use crate::spatial::PointIndex;
+use crate::spatial::median_spacing;
 
 use background::Background;
 use labels::{DotDistance, subject_cells};
@@ -101,10 +101,10 @@ pub fn outline(
 ) -> Result<Option<Outline>, OutlineError> {
     params.check("outline", None)?;
     observer.check()?;
-    let Some(cells) = Cells::new(input, params) else { return Ok(None) };
     if !params.find {
         return Ok(None);
     }
+    let Some(cells) = Cells::new(input, params) else { return Ok(None) };
     let dots = DotDistance::new(&cells);
     let far = dots.far();
     let share = |marked: &Raster<bool>| {
@@ -157,7 +157,10 @@ impl Cells {
         if w < MIN_SIDE || h < MIN_SIDE {
             return None;
         }
-        let spacing = spacing_px(input.dots)? / step as f64;
+        if input.dots.len() < MIN_DOTS {
+            return None;
+        }
+        let spacing = median_spacing(input.dots).filter(|s| *s > 0.0)? / step as f64;
         let to_cell = |p: &Vec2| {
             let (x, y) = ((p.x + 0.5) / step as f64, (p.y + 0.5) / step as f64);
             (x >= 0.0 && y >= 0.0 && x < w as f64 && y < h as f64)
@@ -169,15 +172,4 @@ impl Cells {
         let colours = cell_images::smoothed(&colours);
         (dots.len() >= MIN_DOTS).then_some(Self { step, colours, dots, spacing })
     }
-}
-
-/// Median distance from a dot to its nearest neighbour, pixels.
-fn spacing_px(dots: &[Vec2]) -> Option<f64> {
-    if dots.len() < MIN_DOTS {
-        return None;
-    }
-    let index = PointIndex::<2>::new(dots)?;
-    let nearest =
-        dots.iter().filter_map(|p| Some(index.nearest_n(&[p.x, p.y], 2).get(1)?.distance));
-    median(&nearest.collect::<Vec<_>>()).filter(|s| *s > 0.0)
 }

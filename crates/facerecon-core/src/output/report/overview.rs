@@ -8,14 +8,19 @@ use super::{marks, plots};
 use crate::data::{Capture, PatternKind, Rgb};
 use crate::math::{Vec2, percentile};
 use crate::output::{Kept, Record};
-use crate::pipeline::Reconstruction;
+use crate::pipeline::{FaceVerdict, Reconstruction};
 use crate::render::{Mode, Scene, Studio, View, disparity_color};
 
 /// Bins of the histograms: narrow enough to show the two peaks of face and background.
 const HISTOGRAM_BINS: usize = 40;
 
 /// The page of a run with its sections.
-pub(super) fn page(capture: &Capture, result: &Reconstruction, sections: Vec<Section>) -> Page {
+pub(super) fn page(
+    capture: &Capture,
+    result: &Reconstruction,
+    verdict: FaceVerdict,
+    sections: Vec<Section>,
+) -> Page {
     let (width, height) = capture.left.size();
     let pattern = &capture.pattern;
     let projected = match pattern.kind {
@@ -35,7 +40,7 @@ pub(super) fn page(capture: &Capture, result: &Reconstruction, sections: Vec<Sec
             "Photos of {width} x {height} pixels, pattern of {projected}; profile {profile}; \
              facerecon {version}."
         ),
-        verdict: verdict(result),
+        verdict: verdict_box(verdict),
         facts: facts(result),
         landmarks: numbers::landmarks(result),
         distances: numbers::distances(result),
@@ -49,8 +54,7 @@ pub(super) fn page(capture: &Capture, result: &Reconstruction, sections: Vec<Sec
     }
 }
 
-fn verdict(result: &Reconstruction) -> VerdictBox {
-    let verdict = result.verdict();
+fn verdict_box(verdict: FaceVerdict) -> VerdictBox {
     VerdictBox {
         level: verdict.level.to_string(),
         reasons: verdict.reasons.into_iter().map(|r| r.text).collect(),
@@ -77,10 +81,11 @@ pub(super) fn sections(
     capture: &Capture,
     result: &Reconstruction,
     record: &Record,
+    verdict: &FaceVerdict,
     shaded: Option<&Studio<'_>>,
 ) -> Vec<Section> {
     let mut sections = vec![face(result, shaded)];
-    sections.extend(measured(result));
+    sections.extend(measured(result, verdict));
     sections.extend([photos(capture, result, record), depth(result)]);
     sections
 }
@@ -106,10 +111,10 @@ fn face(result: &Reconstruction, shaded: Option<&Studio<'_>>) -> Section {
 }
 
 /// The standard deviations on the mesh, and what was not measured.
-fn measured(result: &Reconstruction) -> Option<Section> {
+fn measured(result: &Reconstruction, verdict: &FaceVerdict) -> Option<Section> {
     let mesh = &result.mesh;
     let studio = Studio::new(&Scene::new(mesh), Mode::Uncertainty).ok()?;
-    let share = result.verdict().figures.measured_share;
+    let share = verdict.figures.measured_share;
     let of_face = share.map_or(String::new(), |s| format!("{:.0} % of the face and ", 100.0 * s));
     let count = mesh.measured.iter().filter(|m| **m).count();
     let all = 100.0 * count as f64 / mesh.vertices.len().max(1) as f64;

@@ -55,7 +55,7 @@ pub fn centres(input: &DeformInput<'_>, params: &DeformParams) -> Vec<Centre> {
 pub fn spacings(centres: &[Centre]) -> Option<Vec<f64>> {
     let positions: Vec<Vec3> = centres.iter().map(|c| c.position).collect();
     let index = PointIndex::<3>::new(&positions).filter(|_| positions.len() >= 2)?;
-    let spacing = |p: &Vec3| Some(index.nearest_n(&[p.x, p.y, p.z], 2).get(1)?.distance);
+    let spacing = |p: &Vec3| index.distance_to_next(&[p.x, p.y, p.z]);
     positions.par_iter().map(spacing).collect()
 }
 

@@ -2,6 +2,15 @@ use super::rbf::{Centre, centres};
 use super::*;
 use crate::data::test_meshes::open_grid;
 
+/// A template, points and assignments, without landmarks and outlines.
+fn input<'a>(
+    template: &'a Mesh,
+    data: &'a Cloud,
+    assignments: &'a [(usize, Vec3)],
+) -> DeformInput<'a> {
+    DeformInput { template, data, assignments, landmarks: &[], outlines: &[] }
+}
+
 /// A flat sheet of `n` x `n` vertices, 1 apart.
 fn sheet(n: u32) -> Mesh {
     open_grid(n, n, |x, y| Vec3::new(x, y, 0.0))
@@ -28,13 +37,7 @@ fn run(
     let data = Cloud::from_points(targets.iter().map(|g| g.1).collect());
     let mut params = DeformParams { method, ..DeformParams::default() };
     change(&mut params);
-    let input = DeformInput {
-        template: &mesh,
-        data: &data,
-        assignments: &targets,
-        landmarks: &[],
-        outlines: &[],
-    };
+    let input = input(&mesh, &data, &targets);
     let deformed = deform(&input, &params, &()).unwrap();
     (mesh, deformed, targets)
 }
@@ -71,13 +74,7 @@ fn two_gaussians_agree_with_the_solution_by_hand() {
     let (d0, d1, v) = (Vec3::new(0.0, 0.0, 3.0), Vec3::new(1.0, 0.0, -1.0), 0.1);
     let targets = [(0, mesh.vertices[0] + d0), (2, mesh.vertices[2] + d1)];
     let data = Cloud::default();
-    let input = DeformInput {
-        template: &mesh,
-        data: &data,
-        assignments: &targets,
-        landmarks: &[],
-        outlines: &[],
-    };
+    let input = input(&mesh, &data, &targets);
     let params = DeformParams { neighbour_value: v, ..DeformParams::default() };
     let out = deform(&input, &params, &()).unwrap();
     let c = [(d0 - d1 * v) / (1.0 - v * v), (d1 - d0 * v) / (1.0 - v * v)];
@@ -96,13 +93,7 @@ fn the_linear_function_ends_at_its_radius() {
     let (a, b) = (5 + 10 * 21, 15 + 10 * 21);
     let targets = [(a, mesh.vertices[a] + lift), (b, mesh.vertices[b])];
     let data = Cloud::default();
-    let input = DeformInput {
-        template: &mesh,
-        data: &data,
-        assignments: &targets,
-        landmarks: &[],
-        outlines: &[],
-    };
+    let input = input(&mesh, &data, &targets);
     let params = DeformParams {
         method: DeformMethod::LinearRbf,
         neighbour_value: 0.2,
@@ -138,13 +129,7 @@ fn the_biharmonic_reproduces_an_affine_motion_and_smooths_noise() {
         bowl.vertices.iter_mut().for_each(|v| v.z = 0.02 * (v.x - 10.0).powi(2));
         let targets: Vec<_> = noisy_targets(noise);
         let data = Cloud::from_points(targets.iter().map(|g| g.1).collect());
-        let input = DeformInput {
-            template: &bowl,
-            data: &data,
-            assignments: &targets,
-            landmarks: &[],
-            outlines: &[],
-        };
+        let input = input(&bowl, &data, &targets);
         let params = DeformParams {
             method: DeformMethod::BiharmonicRbf,
             stiffness,
@@ -193,13 +178,7 @@ fn vertices_at_one_position_stay_together() {
     let targets: Vec<_> =
         [0, 6, 7, 20].map(|i| (i, mesh.vertices[i] + Vec3::z() * i as f64)).to_vec();
     let data = Cloud::default();
-    let input = DeformInput {
-        template: &mesh,
-        data: &data,
-        assignments: &targets,
-        landmarks: &[],
-        outlines: &[],
-    };
+    let input = input(&mesh, &data, &targets);
     let out = deform(&input, &DeformParams::default(), &()).unwrap();
     assert_eq!(out.mesh.vertices[6], out.mesh.vertices[7]);
     assert!((out.mesh.vertices[6].z - 6.5).abs() < 1e-9);
@@ -210,13 +189,7 @@ fn the_spacings_agree_with_an_exhaustive_search() {
     let mesh = sheet(21);
     let data = Cloud::default();
     let targets = targets(&mesh);
-    let input = DeformInput {
-        template: &mesh,
-        data: &data,
-        assignments: &targets,
-        landmarks: &[],
-        outlines: &[],
-    };
+    let input = input(&mesh, &data, &targets);
     let list = centres(&input, &DeformParams::default());
     let spacing = rbf::spacings(&list).unwrap();
     for (i, s) in spacing.iter().enumerate() {
@@ -233,13 +206,7 @@ fn impossible_targets_are_refused() {
     let mesh = sheet(5);
     let data = Cloud::default();
     let refuse = |targets: &[(usize, Vec3)], method: DeformMethod| {
-        let input = DeformInput {
-            template: &mesh,
-            data: &data,
-            assignments: targets,
-            landmarks: &[],
-            outlines: &[],
-        };
+        let input = input(&mesh, &data, targets);
         deform(&input, &DeformParams { method, ..DeformParams::default() }, &()).unwrap_err()
     };
     let gaussian = DeformMethod::GaussianRbf;

@@ -1,6 +1,7 @@
 //! Regions of the frontal picture that differ in colour from the skin about them.
 
 use super::frontal::{pixel, position};
+use crate::data::regions::{flood, without_holes};
 use crate::data::{Gray, Raster};
 use crate::math::{Vec2, median};
 
@@ -72,33 +73,30 @@ impl Region {
     /// weighted scores; `None` where there is none.
     pub fn heaviest(score: &Gray, weight: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let (width, height) = score.size();
-        let mut label = Raster::filled(width, height, 0u32);
+        let marked = score.map(|s| s > 1.0);
+        let mut label = vec![0u32; width * height];
         let mut best: Option<(f64, u32)> = None;
         let mut count = 0;
         for start in 0..width * height {
-            if label.data()[start] != 0 || !(score.data()[start] > 1.0) {
+            if label[start] != 0 || !marked.data()[start] {
                 continue;
             }
             count += 1;
             let mut sum = 0.0;
-            let mut stack = vec![start];
-            label.data_mut()[start] = count;
-            while let Some(i) = stack.pop() {
-                let (u, v) = (i % width, i / width);
-                sum += weight(u, v) * f64::from(score.data()[i].min(4.0));
-                for next in neighbours(u, v, width, height).into_iter().flatten() {
-                    if label.data()[next] == 0 && score.data()[next] > 1.0 {
-                        label.data_mut()[next] = count;
-                        stack.push(next);
-                    }
+            flood(&marked, start, &mut |i| {
+                let is_new = label[i] == 0;
+                if is_new {
+                    label[i] = count;
+                    sum += weight(i % width, i / width) * f64::from(score.data()[i].min(4.0));
                 }
-            }
+                is_new
+            });
             if best.is_none_or(|b| sum > b.0) {
                 best = Some((sum, count));
             }
         }
         let chosen = best?.1;
-        let inside = Raster::from_fn(width, height, |u, v| label.at(u, v) == chosen);
+        let inside = Raster::from_fn(width, height, |u, v| label[v * width + u] == chosen);
         Some(Self { inside: without_holes(&inside) })
     }
 
@@ -148,36 +146,4 @@ impl Region {
             || self.pixels().filter(|p| (p.0 as f64 - column).abs() <= half_width).map(|p| p.1);
         Some((rows().min()? as f64, rows().max()? as f64))
     }
-}
-
-fn neighbours(u: usize, v: usize, width: usize, height: usize) -> [Option<usize>; 4] {
-    let i = v * width + u;
-    [
-        (u > 0).then(|| i - 1),
-        (u + 1 < width).then_some(i + 1),
-        (v > 0).then(|| i - width),
-        (v + 1 < height).then_some(i + width),
-    ]
-}
-
-/// Fills what is not connected to the border.
-fn without_holes(inside: &Raster<bool>) -> Raster<bool> {
-    let (width, height) = inside.size();
-    let mut outside = Raster::filled(width, height, false);
-    let on_border = |i: usize| {
-        let (u, v) = (i % width, i / width);
-        u == 0 || v == 0 || u + 1 == width || v + 1 == height
-    };
-    let mut stack: Vec<usize> =
-        (0..width * height).filter(|&i| on_border(i) && !inside.data()[i]).collect();
-    stack.iter().for_each(|&i| outside.data_mut()[i] = true);
-    while let Some(i) = stack.pop() {
-        for next in neighbours(i % width, i / width, width, height).into_iter().flatten() {
-            if !inside.data()[next] && !outside.data()[next] {
-                outside.data_mut()[next] = true;
-                stack.push(next);
-            }
-        }
-    }
-    outside.map(|o| !o)
 }

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::LandmarksInput;
 use super::head_frame::HeadFrame;
+use crate::data::sampling::{Cell, bilinear};
 use crate::data::{Gray, Raster, Rgb};
 use crate::math::{Vec2, Vec3};
-use crate::render::linear_from_srgb;
+use crate::render::linear_table;
 
 /// Size of a pixel, mm: about that of a pixel of the photos on a face that fills them.
 pub(super) const PIXEL_MM: f64 = 0.5;
@@ -166,6 +167,7 @@ fn colors(
     let right_centre = rig.camera_from_rectified * Vec3::new(rig.baseline_mm, 0.0, 0.0);
     let centres = [Vec3::zeros(), right_centre].map(|c| frame.place(&c));
     let (width, rows) = height.size();
+    let linear = linear_table();
     let sampled = Raster::par_from_fn(width, rows, |u, v| {
         let p = position(u as f64, v as f64);
         let z = |du: isize, dv: isize| f64::from(height.clamped(u as isize + du, v as isize + dv));
@@ -176,7 +178,7 @@ fn colors(
         let mut sum = [0.0f64; 4];
         if let Some((left, right)) = rig.pixels(&frame.to_camera(&point)) {
             for (i, pixel) in [left, right].into_iter().enumerate() {
-                let Some(rgb) = linear_sample(photos[i], views[i].to_photo(pixel)) else {
+                let Some(rgb) = linear_sample(photos[i], &linear, views[i].to_photo(pixel)) else {
                     continue;
                 };
                 let facing = normal.dot(&(centres[i] - point).normalize()).max(0.05).powi(2);
@@ -197,20 +199,16 @@ fn colors(
     Some(Colors { redness, brightness: bright })
 }
 
-/// Bilinear sample in linear light, 0 to 1; `None` outside the photo.
-fn linear_sample(photo: &Rgb, at: Vec2) -> Option<[f64; 3]> {
+/// Bilinear sample in linear light, 0 to 1; `None` outside the photo. `linear` is the light of each
+/// value of a pixel.
+fn linear_sample(photo: &Rgb, linear: &[f64; 256], at: Vec2) -> Option<[f64; 3]> {
     let (width, height) = photo.size();
     let inside =
         at.x >= 0.0 && at.y >= 0.0 && at.x <= width as f64 - 1.0 && at.y <= height as f64 - 1.0;
     if !inside {
         return None;
     }
-    let (x, y) = (at.x.floor(), at.y.floor());
-    let (fx, fy) = (at.x - x, at.y - y);
-    let corner = |dx: isize, dy: isize| {
-        photo.clamped(x as isize + dx, y as isize + dy).map(linear_from_srgb)
-    };
-    let corners = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
-    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-    Some(std::array::from_fn(|k| corners.iter().zip(weights).map(|(c, w)| w * c[k]).sum()))
+    let cell = Cell::clamped(at.x, at.y, (width, height));
+    let corners = cell.corners(|x, y| photo.at(x, y).map(|value| linear[usize::from(value)]));
+    Some([0, 1, 2].map(|k| bilinear(corners.map(|c| c[k]), cell.fraction)))
 }

@@ -54,9 +54,7 @@ pub(super) fn candidates(points: &SurfacePoints, count: usize) -> Vec<NoseTip> {
 }
 
 fn candidate(p: &Vec3, points: &SurfacePoints, index: &PointIndex<3>) -> Option<NoseTip> {
-    let mut near = index.within(&[p.x, p.y, p.z], RADIUS_MM);
-    // the sum of the normals must not depend on the order of the index
-    near.sort_by_key(|n| n.index);
+    let near = index.within(&[p.x, p.y, p.z], RADIUS_MM);
     let normal = near.iter().map(|n| points.normals[n.index]).sum::<Vec3>().try_normalize(1e-9)?;
     let heights: Vec<f64> = near
         .iter()

@@ -3,6 +3,7 @@
 use super::Cells;
 use super::background::Background;
 use super::cell_images::distance_to;
+use crate::data::regions::{flood, without_holes};
 use crate::data::{Gray, Raster};
 
 const EVIDENCE_BLUR: f64 = 1.2;
@@ -114,40 +115,4 @@ fn component_of(marked: &Raster<bool>, dots: &[(usize, usize)]) -> Raster<bool> 
         }
     }
     Raster::from_fn(width, height, |x, y| best.0 > 0 && number[y * width + x] == best.1)
-}
-
-/// The marked cells and all that they enclose.
-fn without_holes(marked: &Raster<bool>) -> Raster<bool> {
-    let (width, height) = marked.size();
-    let open = marked.map(|m| !m);
-    let mut outside = vec![false; width * height];
-    for i in 0..width * height {
-        let (x, y) = (i % width, i / width);
-        let at_border = x == 0 || y == 0 || x + 1 == width || y + 1 == height;
-        if at_border && open.data()[i] && !outside[i] {
-            flood(&open, i, &mut |j| !std::mem::replace(&mut outside[j], true));
-        }
-    }
-    Raster::from_fn(width, height, |x, y| !outside[y * width + x])
-}
-
-/// Visits the marked cells connected to `start` by edges; `visit` tells whether a cell is new.
-fn flood(marked: &Raster<bool>, start: usize, visit: &mut dyn FnMut(usize) -> bool) {
-    let (width, height) = marked.size();
-    let mut stack = vec![start];
-    visit(start);
-    while let Some(i) = stack.pop() {
-        let (x, y) = (i % width, i / width);
-        let near = [
-            (x > 0).then(|| i - 1),
-            (x + 1 < width).then_some(i + 1),
-            (y > 0).then(|| i - width),
-            (y + 1 < height).then_some(i + width),
-        ];
-        for j in near.into_iter().flatten() {
-            if marked.data()[j] && visit(j) {
-                stack.push(j);
-            }
-        }
-    }
 }

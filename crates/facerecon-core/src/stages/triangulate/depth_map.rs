@@ -2,8 +2,8 @@
 
 use crate::camera::Rectification;
 use crate::data::{Gray, Match};
-use crate::math::{Vec2, median, percentile};
-use crate::spatial::PointIndex;
+use crate::math::{Vec2, percentile};
+use crate::spatial::median_spacing;
 
 /// Grey level of the furthest match; black means that nothing was measured.
 const DARKEST: f64 = 40.0;
@@ -39,7 +39,8 @@ pub fn depth_maps(
 /// Modified Shepard interpolation of grey levels at scattered positions.
 fn interpolate(positions: &[Vec2], greys: &[f64], (width, height): (usize, usize)) -> Gray {
     let mut sums = vec![(0.0_f64, 0.0_f64); width * height];
-    let radius = RADIUS_SPACINGS * spacing(positions).unwrap_or(1.0).clamp(1.0, MAX_SPACING_PX);
+    let radius =
+        RADIUS_SPACINGS * median_spacing(positions).unwrap_or(1.0).clamp(1.0, MAX_SPACING_PX);
     for (p, grey) in positions.iter().zip(greys) {
         if !(p.x.is_finite() && p.y.is_finite()) {
             continue;
@@ -62,14 +63,4 @@ fn interpolate(positions: &[Vec2], greys: &[f64], (width, height): (usize, usize
         let (sum, weight) = sums[y * width + x];
         if weight > 0.0 { (sum / weight) as f32 } else { 0.0 }
     })
-}
-
-/// Median distance to the nearest other position.
-fn spacing(positions: &[Vec2]) -> Option<f64> {
-    let index = PointIndex::<2>::new(positions)?;
-    let nearest: Vec<f64> = positions
-        .iter()
-        .filter_map(|p| index.nearest_n(&[p.x, p.y], 2).get(1).map(|n| n.distance))
-        .collect();
-    median(&nearest)
 }
