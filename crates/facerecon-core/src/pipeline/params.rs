@@ -88,6 +88,7 @@ impl Params {
                 },
                 cameras: CamerasParams { estimate: false, ..CamerasParams::default() },
                 refine: RefineParams { method: RefineMethod::None, ..RefineParams::default() },
+                outline: OutlineParams { find: false, ..OutlineParams::default() },
                 landmarks: LandmarksParams {
                     method: LandmarkMethod::None,
                     ..LandmarksParams::default()
@@ -241,6 +242,13 @@ mod tests {
         assert_eq!(load(stated).unwrap(), Params::default());
         let other = load("[correspond.stripes]\nskip_cost = 3.5").unwrap_err().to_string();
         assert!(other.contains("skip_cost is 3.5, but is fixed at 2 now"), "{other}");
+    }
+
+    #[test]
+    fn the_thesis_knows_neither_found_landmarks_nor_outlines() {
+        let thesis = Params::of(Profile::Facebuilder);
+        assert_eq!(thesis.landmarks.method, LandmarkMethod::None);
+        assert!(!thesis.outline.find && Params::default().outline.find);
     }
 
     #[test]
