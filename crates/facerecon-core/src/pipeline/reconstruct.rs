@@ -43,11 +43,12 @@ pub fn reconstruct(
         measure_disparity(&run, &rectified, found.correspondence, &found.dots, params)?;
 
     let views = &rectified.rectification;
-    let outlines =
-        run.stage("outline", |o| outline::subject_outlines(capture, views, &matches, params, o))?;
-    let off_subject = outline::keep_subject(&mut matches, dense.as_mut(), &outlines, views);
-    let what = "matches off the subject";
-    run.event(&Event::Count { stage: "outline", what, count: off_subject });
+    let outlines = run.stage("outline", |o| {
+        let outlines = outline::subject_outlines(capture, views, &matches, params, o)?;
+        let count = outline::keep_subject(&mut matches, dense.as_mut(), &outlines, views);
+        o.event(&Event::Count { stage: "outline", what: "matches off the subject", count });
+        Ok::<_, Error>(outlines)
+    })?;
 
     let rig = rectified.rectification.rig.as_ref();
     let features = inputs::features(capture, &rectified.rectification, template)?;
