@@ -170,6 +170,12 @@ fn swapped_photos_and_points_of_no_face_are_refused() {
     bench.edit("capture/capture.toml", "swap.png", "right_dots.png");
     let ran = bench.run(PRECISE);
     assert_eq!((ran.code, bench.files("out").len()), (1, 0), "{}", ran.err);
+    // the results of the stages before the failure, and nothing else
+    let ran = bench.run("reconstruct capture -o kept --keep-stages");
+    assert!(ran.code == 1 && ran.err.contains("kept/stages"), "{}", ran.err);
+    assert_eq!(bench.files("kept"), ["stages"]);
+    let kept = bench.files("kept/stages").join(" ");
+    assert!(kept.contains("rectify_left.png") && kept.contains("detect_right_dots.ply"), "{kept}");
 
     // a straight line is no face
     let line: String = (0..200).map(|i| format!("{i},{i},{i}\n")).collect();

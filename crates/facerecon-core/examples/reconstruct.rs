@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (mm, sigma) = (distance.value_mm, distance.sigma_mm);
         println!("{}: {mm:.1} mm, standard deviation {sigma:.1} mm", distance.term.term);
     }
-    println!("{}", face.verdict());
+    println!("{}", face.verdict);
     for warning in loaded.warnings.iter().chain(&face.warnings) {
         println!("warning: {warning}");
     }

@@ -7,4 +7,6 @@ pub mod report;
 mod result_files;
 
 pub use record::{Kept, Record, Recorder};
-pub use result_files::{match_rows, matches_table, registration_json, result_json, write_result};
+pub use result_files::{
+    STAGES_FOLDER, match_rows, matches_table, registration_json, result_json, write_result,
+};

@@ -123,7 +123,7 @@ impl Reconstruction {
 
     /// The verdict as one sentence.
     fn verdict(&self) -> String {
-        self.found.verdict().to_string()
+        self.found.verdict.to_string()
     }
 
     fn report_html(&self, py: Python<'_>) -> PyResult<String> {

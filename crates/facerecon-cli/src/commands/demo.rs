@@ -1,7 +1,6 @@
 //! `facerecon demo`.
 
 use facerecon_core::observer::Observer;
-use facerecon_core::output::Recorder;
 use facerecon_core::render::Frame;
 use facerecon_core::{io, output, synthetic::demo as core_demo};
 use serde_json::json;
@@ -11,23 +10,21 @@ use super::shared::{reconstruction_params, require_folder_path, to_json};
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output::Terminal;
-use crate::progress::Progress;
 
 /// Simulates a capture, reconstructs it and compares the result with the ground truth.
 pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> {
     let params = reconstruction_params(&args.params, args.shape)?;
     require_folder_path(&args.output)?;
-    let recorder = Recorder::default();
-    let progress = Progress::new(terminal);
-    let made = core_demo::demo(args.subject, &params, &[&progress as &dyn Observer, &recorder])?;
-    drop(progress);
+    let stages = args.keep_stages.then_some(args.output.as_path());
+    let run = |observer: &dyn Observer| core_demo::demo(args.subject, &params, observer);
+    let (made, record) = reconstruct::recorded(run, stages, terminal)?;
     let folder = &args.output;
     facerecon_core::synthetic::simulate::write_simulated(&folder.join("capture"), &made.simulated)?;
     output::write_result(
         folder,
         &made.simulated.capture,
         &made.reconstruction,
-        &recorder.take(),
+        &record,
         Frame::Model,
         args.keep_stages,
     )?;
@@ -40,6 +37,7 @@ pub(super) fn demo(args: &DemoArgs, terminal: &Terminal) -> Result<(), Failure> 
     ));
     terminal
         .message(format!("wrote {0}; see {0}/report.html and {0}/picture.png", folder.display()));
+    terminal.message(made.reconstruction.verdict.to_string());
     if terminal.json {
         let mut facts = output::result_json(&made.reconstruction);
         facts["error_mm"] = json!(error);

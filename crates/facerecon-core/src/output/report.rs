@@ -23,8 +23,8 @@ pub use summary::summary;
 /// [`Error::Input`] where the page cannot be written, which a valid template excludes.
 pub fn html(capture: &Capture, result: &Reconstruction, record: &Record) -> Result<String, Error> {
     let shaded = pictures::shaded(&result.mesh);
-    let verdict = result.verdict();
-    let mut sections = overview::sections(capture, result, record, &verdict, shaded.as_ref());
+    let verdict = &result.verdict;
+    let mut sections = overview::sections(capture, result, record, verdict, shaded.as_ref());
     sections.extend(stages::sections(capture, result, record, shaded.as_ref()));
-    page::render(&overview::page(capture, result, verdict, sections), "report.html")
+    page::render(&overview::page(capture, result, verdict.clone(), sections), "report.html")
 }

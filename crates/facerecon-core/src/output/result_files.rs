@@ -17,6 +17,9 @@ use crate::pipeline::Reconstruction;
 use crate::render::Frame;
 use crate::stages::register::Registration;
 
+/// Folder of the intermediate results, inside the result folder.
+pub const STAGES_FOLDER: &str = "stages";
+
 /// The facts of the run as `result.json` holds them.
 pub fn result_json(found: &Reconstruction) -> Value {
     let mut timings = Map::new();
@@ -74,7 +77,7 @@ fn verdict_json(found: &Reconstruction) -> Value {
             other => other,
         }
     }
-    let verdict = found.verdict();
+    let verdict = &found.verdict;
     json!({
         "level": verdict.level,
         "reasons": verdict.reasons,
@@ -142,7 +145,7 @@ pub fn write_result(
     let (html, files) = rayon::join(html, files);
     files.and(html)?;
     if keep_stages {
-        record.write(&folder.join("stages"))?;
+        record.write(&folder.join(STAGES_FOLDER))?;
     }
     let text = serde_json::to_string_pretty(&result_json(result))
         .map_err(|e| Error::Input(format!("result.json: {e}")))?;

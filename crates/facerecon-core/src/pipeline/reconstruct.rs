@@ -7,6 +7,7 @@ use super::photo_check::check_rectified;
 use super::run::Run;
 use super::shape::{self, Shape};
 use super::uncertainty::with_uncertainty;
+use super::verdict::{FaceVerdict, verdict_of};
 use super::{Error, Params, Reconstruction, inputs, outline};
 use crate::data::{Capture, CloudFrame, Dot, Match, Mesh};
 use crate::observer::{Artifact, Event, Observer};
@@ -82,7 +83,7 @@ pub fn reconstruct(
         paint(&run, capture, &rectified, &mesh, &shape, &points, &matches, template, params)?;
 
     let (timings_ms, warnings) = run.finish();
-    Ok(Reconstruction {
+    let mut result = Reconstruction {
         mesh,
         landmarks: shape.landmarks,
         texture,
@@ -99,9 +100,12 @@ pub fn reconstruct(
         model_from_camera: shape.model_from_camera,
         metric: frame.is_metric(),
         timings_ms,
+        verdict: FaceVerdict::default(),
         warnings,
         params: params.clone(),
-    })
+    };
+    result.verdict = verdict_of(&result);
+    Ok(result)
 }
 
 /// Refine, where the parameters ask for it: better disparities of the matches, and the disparity

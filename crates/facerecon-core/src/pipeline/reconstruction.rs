@@ -3,7 +3,7 @@
 use crate::camera::Rectification;
 use crate::data::{Cloud, Gray, Landmarks, Match, MeasuredLandmark, Mesh, PatternKind};
 use crate::math::{Similarity, Vec3};
-use crate::pipeline::Params;
+use crate::pipeline::{FaceVerdict, Params};
 use crate::render::Frame;
 use crate::stages::rectify::RowReport;
 use crate::stages::register::Registration;
@@ -45,6 +45,8 @@ pub struct Reconstruction {
     pub metric: bool,
     /// Milliseconds each stage took, in order.
     pub timings_ms: Vec<(String, f64)>,
+    /// Whether the result can be trusted, and why not.
+    pub verdict: FaceVerdict,
     /// What the user should know, in words.
     pub warnings: Vec<String>,
     /// The parameters it was made with.

@@ -5,43 +5,11 @@
 
 mod figures;
 mod norms;
-
-use serde::Serialize;
+mod outcome;
 
 use crate::pipeline::Reconstruction;
-pub use figures::VerdictFigures;
-
-crate::settings::choices! {
-    /// How far a result can be trusted.
-    pub enum VerdictLevel {
-        /// No figure gives cause for doubt.
-        Good = "good",
-        /// Parts are less certain; the reasons say which.
-        Usable = "usable",
-        /// It may be wrong as a whole: it must be looked at before it is used.
-        Doubtful = "doubtful",
-    }
-}
-
-/// Why a result is not good.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Reason {
-    /// How grave it is: `usable` or `doubtful`.
-    pub level: VerdictLevel,
-    /// What was found and what is expected.
-    pub text: String,
-}
-
-/// The verdict on a result.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FaceVerdict {
-    /// The worst level of the reasons.
-    pub level: VerdictLevel,
-    /// Reasons, gravest first.
-    pub reasons: Vec<Reason>,
-    /// The figures.
-    pub figures: VerdictFigures,
-}
+use figures::figures_of;
+pub use outcome::{FaceVerdict, Reason, VerdictFigures, VerdictLevel};
 
 /// Limits of a figure: beyond the first a result is usable, beyond the second doubtful.
 struct Limits {
@@ -84,11 +52,9 @@ const TURN_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
 /// that were moved.
 const ROW_OFFSET_PX: Limits = Limits { usable: 3.0, doubtful: 8.0 };
 
-impl Reconstruction {
-    /// The verdict on this result.
-    pub fn verdict(&self) -> FaceVerdict {
-        judge(VerdictFigures::new(self), self.registration.is_some(), self.metric)
-    }
+/// The verdict on a result; its own field `verdict` is not read.
+pub(super) fn verdict_of(found: &Reconstruction) -> FaceVerdict {
+    judge(figures_of(found), found.registration.is_some(), found.metric)
 }
 
 /// Applies the rules to the figures.
@@ -246,25 +212,6 @@ impl Rules {
         } else if value > limits.usable {
             self.add(VerdictLevel::Usable, text(value, limits.usable));
         }
-    }
-}
-
-impl std::fmt::Display for FaceVerdict {
-    /// One sentence: the level, and the reasons or the main figures.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let level = self.level;
-        if !self.reasons.is_empty() {
-            let reasons: Vec<&str> = self.reasons.iter().map(|r| r.text.as_str()).collect();
-            return write!(f, "Verdict: {level}: {}.", reasons.join("; "));
-        }
-        let share = self.figures.measured_share.unwrap_or(0.0);
-        write!(
-            f,
-            "Verdict: {level}: {:.0} % of the face was measured, {} of 18 landmarks were found or \
-             marked.",
-            100.0 * share,
-            self.figures.landmarks_measured()
-        )
     }
 }
 

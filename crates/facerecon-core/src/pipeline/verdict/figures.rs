@@ -1,11 +1,11 @@
-//! The figures that a verdict rests on. All are computed from the result alone.
+//! Computes the figures that a verdict rests on, from the result alone.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::norms::NORMS;
+use super::outcome::VerdictFigures;
 use crate::data::LANDMARKS;
 use crate::math::{Vec3, median};
 use crate::pipeline::{LandmarkStatus, Reconstruction};
@@ -19,93 +19,47 @@ const SAMPLES: usize = 3000;
 /// A point farther from the next landmark is of no region: neck, hair, clothing, wall.
 const REGION_MM: f64 = 40.0;
 
-/// Figures of a result. A figure that cannot be computed is `None`: most need the landmarks of a
-/// template, lengths need calibrated cameras.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct VerdictFigures {
-    /// Share of the area of the face (chin to forehead, in front of the temples) that was measured.
-    pub measured_share: Option<f64>,
-    /// Median distance of the measured points from the mesh by region (eyes, nose, mouth, chin,
-    /// forehead, ears: the landmark within 40 mm that is nearest), mm.
-    pub residual_mm: BTreeMap<&'static str, f64>,
-    /// Landmarks found in the photos.
-    pub landmarks_found: usize,
-    /// Landmarks marked by the user.
-    pub landmarks_marked: usize,
-    /// Median distance of the measured landmarks from the vertices of their names, mm.
-    pub landmark_offset_mm: Option<f64>,
-    /// Median distance of the measured face from its mirror image in the plane of symmetry of the
-    /// landmarks, mm.
-    pub asymmetry_mm: Option<f64>,
-    /// Distance of the nose tip in front of the plane of outer eye corners and mouth corners, mm.
-    pub nose_protrusion_mm: Option<f64>,
-    /// Distances by name: standard deviations above the mean of adults (positive) or below that of
-    /// children of six years (negative); 0 between.
-    pub proportions_sd: BTreeMap<&'static str, f64>,
-    /// Typical distance of the points from the template after registration, mm.
-    pub registration_rms_mm: Option<f64>,
-    /// The same after over before registration.
-    pub registration_growth: Option<f64>,
-    /// Share of the matches that belong to the head.
-    pub registration_share: Option<f64>,
-    /// Angle between the head's vertical axis and the photo's, degrees.
-    pub roll_deg: Option<f64>,
-    /// Angle between the direction in which the face looks and that toward the camera, degrees.
-    pub turn_deg: Option<f64>,
-    /// Median score of the matches, 0 to 1: how clearly the period of the pattern is determined.
-    pub match_score: Option<f64>,
-    /// Rows by which the photos were out of level against the calibration, pixels.
-    pub row_offset_px: f64,
-}
-
-impl VerdictFigures {
-    /// Computes the figures of a result.
-    pub(super) fn new(found: &Reconstruction) -> Self {
-        let landmarks = found.face_landmarks();
-        let count = |status| landmarks.iter().filter(|l| l.status == status).count();
-        let scores: Vec<f64> = found.matches.iter().map(|m| m.score).collect();
-        let mut figures = Self {
-            landmarks_found: count(LandmarkStatus::Found),
-            landmarks_marked: count(LandmarkStatus::Marked),
-            proportions_sd: proportions(found),
-            match_score: median(&scores),
-            row_offset_px: found.rows.offset_px,
-            ..Self::default()
-        };
-        let offsets: Vec<f64> = landmarks
-            .iter()
-            .filter(|l| l.status.is_measured())
-            .filter_map(|l| Some((found.mesh.vertices.get(l.vertex?)? - l.in_model).norm()))
-            .collect();
-        figures.landmark_offset_mm = median(&offsets);
-        if let Some(pose) = &found.registration {
-            let camera_from_model = found.model_from_camera.inverse();
-            // camera axes: y down, z away from the camera
-            let up = camera_from_model.rotate(&Vec3::y());
-            let toward = camera_from_model.rotate(&Vec3::z());
-            figures.roll_deg = Some(up.x.atan2(-up.y).to_degrees().abs());
-            figures.turn_deg = Some((-toward.z).clamp(-1.0, 1.0).acos().to_degrees());
-            figures.registration_rms_mm = Some(pose.rms_after);
-            figures.registration_growth =
-                (pose.rms_before > 0.0).then(|| pose.rms_after / pose.rms_before);
-            let matches = found.matches.len().max(1);
-            figures.registration_share = Some(pose.inliers.len() as f64 / matches as f64);
-        }
-        if let Some(face) = FaceFrame::new(found) {
-            figures.measured_share = face.measured_share(found);
-            figures.nose_protrusion_mm = face.nose_protrusion();
-            if let Some(surface) = SurfaceIndex::new(&found.mesh) {
-                figures.asymmetry_mm = face.asymmetry(found, &surface);
-                figures.residual_mm = face.residuals(found, &surface);
-            }
-        }
-        figures
+/// Computes the figures of a result.
+pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
+    let landmarks = found.face_landmarks();
+    let count = |status| landmarks.iter().filter(|l| l.status == status).count();
+    let scores: Vec<f64> = found.matches.iter().map(|m| m.score).collect();
+    let mut figures = VerdictFigures {
+        landmarks_found: count(LandmarkStatus::Found),
+        landmarks_marked: count(LandmarkStatus::Marked),
+        proportions_sd: proportions(found),
+        match_score: median(&scores),
+        row_offset_px: found.rows.offset_px,
+        ..VerdictFigures::default()
+    };
+    let offsets: Vec<f64> = landmarks
+        .iter()
+        .filter(|l| l.status.is_measured())
+        .filter_map(|l| Some((found.mesh.vertices.get(l.vertex?)? - l.in_model).norm()))
+        .collect();
+    figures.landmark_offset_mm = median(&offsets);
+    if let Some(pose) = &found.registration {
+        let camera_from_model = found.model_from_camera.inverse();
+        // camera axes: y down, z away from the camera
+        let up = camera_from_model.rotate(&Vec3::y());
+        let toward = camera_from_model.rotate(&Vec3::z());
+        figures.roll_deg = Some(up.x.atan2(-up.y).to_degrees().abs());
+        figures.turn_deg = Some((-toward.z).clamp(-1.0, 1.0).acos().to_degrees());
+        figures.registration_rms_mm = Some(pose.rms_after);
+        figures.registration_growth =
+            (pose.rms_before > 0.0).then(|| pose.rms_after / pose.rms_before);
+        let matches = found.matches.len().max(1);
+        figures.registration_share = Some(pose.inliers.len() as f64 / matches as f64);
     }
-
-    /// Landmarks that were found or marked.
-    pub fn landmarks_measured(&self) -> usize {
-        self.landmarks_found + self.landmarks_marked
+    if let Some(face) = FaceFrame::new(found) {
+        figures.measured_share = face.measured_share(found);
+        figures.nose_protrusion_mm = face.nose_protrusion();
+        if let Some(surface) = SurfaceIndex::new(&found.mesh) {
+            figures.asymmetry_mm = face.asymmetry(found, &surface);
+            figures.residual_mm = face.residuals(found, &surface);
+        }
     }
+    figures
 }
 
 /// Deviations of the distances from the norms.
