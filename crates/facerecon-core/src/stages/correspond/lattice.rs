@@ -20,6 +20,7 @@ mod lattice_matches;
 mod pairs;
 mod params;
 mod patches;
+mod pieces;
 mod proposal;
 mod prune;
 mod region;
@@ -35,7 +36,7 @@ use super::input::CorrespondInput;
 use super::matches::sort_in_raster_order;
 use crate::data::{Dot, Match};
 use crate::math::Vec2;
-use crate::observer::Observer;
+use crate::observer::{Event, Observer};
 use evidence::Evidence;
 use graph::Graph;
 use label::{LabelOptions, label_dots};
@@ -44,6 +45,9 @@ use patches::PlainPatches;
 
 /// Least row tolerance, in spacings: positions of large dots are less exact.
 const MIN_ROW_TOLERANCE: f64 = 0.08;
+
+/// More dots left out as ambiguous than this share of the matches are worth a warning.
+const MANY_LEFT_OUT: f64 = 0.05;
 
 /// Matches the dots.
 ///
@@ -72,7 +76,8 @@ pub(super) fn match_by_lattice(
         tolerance_px: params.row_tolerance_px.max(MIN_ROW_TOLERANCE * spacing_px),
     };
     let mut found = regions::match_regions(&evidence, params, observer)?;
-    extend::extend(&evidence, &mut found);
+    let left_out = extend::extend(&evidence, params, &mut found);
+    report_left_out(left_out, found.matches.len(), observer);
     prune::drop_outliers(&evidence, params, &mut found);
     let dropped = prune::drop_background(&evidence, params, &mut found);
     if dropped > 0 {
@@ -82,6 +87,18 @@ pub(super) fn match_by_lattice(
         observer.warn("correspond", &warning);
     }
     Ok(to_matches(&evidence, &found))
+}
+
+/// Reports the dots whose shift of the lattice could not be decided.
+fn report_left_out(left_out: usize, matches: usize, observer: &dyn Observer) {
+    let what = "dots left out as ambiguous";
+    observer.event(&Event::Count { stage: "correspond", what, count: left_out });
+    if left_out as f64 > MANY_LEFT_OUT * matches as f64 {
+        let warning = format!(
+            "{left_out} dots beside the {matches} matched ones were left out: they belong to regions of the pattern (hair, a wall) in which more than one shift of the lattice fits the photos; give the plain pair, or light the subject more evenly"
+        );
+        observer.warn("correspond", &warning);
+    }
 }
 
 /// Labels the dots of both photos.

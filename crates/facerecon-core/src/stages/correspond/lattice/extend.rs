@@ -7,6 +7,8 @@ use super::disparity_surface::DisparitySurface;
 use super::evidence::{DISSIMILAR, Evidence};
 use super::lattice_matches::LatticeMatches;
 use super::pairs::Shift;
+use super::params::LatticeParams;
+use super::pieces::in_unmatched_piece;
 use crate::math::Vec2;
 use crate::spatial::PointIndex;
 use crate::stages::correspond::matches::IndexedMatch;
@@ -32,12 +34,28 @@ struct Candidate {
 }
 
 /// Adds matches: the disparity of each unmatched left dot is expected on the plane through its
-/// matched neighbours, and the right photo must have an unmatched dot there.
-pub(super) fn extend(evidence: &Evidence<'_>, found: &mut LatticeMatches) {
+/// matched neighbours, and the right photo must have an unmatched dot there. Dots in a piece of the
+/// lattice that no region matched are left out: one that lies a period off would fit as well.
+/// Returns the number of left dots left out for that reason.
+pub(super) fn extend(
+    evidence: &Evidence<'_>,
+    params: &LatticeParams,
+    found: &mut LatticeMatches,
+) -> usize {
     let right: Vec<Vec2> = evidence.dots[1].iter().map(|d| d.position).collect();
     let Some(right_index) = PointIndex::<2>::new(&right) else {
-        return;
+        return 0;
     };
+    let mut matched = [0, 1].map(|side| vec![false; evidence.dots[side].len()]);
+    for m in &found.matches {
+        matched[0][m.left] = true;
+        matched[1][m.right] = true;
+    }
+    let in_piece =
+        [0, 1].map(|s| in_unmatched_piece(&evidence.graphs[s], &matched[s], params.min_component));
+    // as seen in both photos: in one, labels may join the subject's border to the wall
+    let is_ambiguous = |left: usize, right: usize| in_piece[0][left] && in_piece[1][right];
+    let mut left_out = vec![false; evidence.dots[0].len()];
     for _ in 0..ROUNDS {
         let mut used = [0, 1].map(|side| vec![false; evidence.dots[side].len()]);
         for m in &found.matches {
@@ -52,7 +70,11 @@ pub(super) fn extend(evidence: &Evidence<'_>, found: &mut LatticeMatches) {
         });
         let before = found.matches.len();
         for Candidate { left, right, .. } in candidates {
-            if !used[0][left] && !used[1][right] {
+            if used[0][left] || used[1][right] {
+                continue;
+            }
+            left_out[left] = is_ambiguous(left, right);
+            if !left_out[left] {
                 used[0][left] = true;
                 used[1][right] = true;
                 found.matches.push(IndexedMatch { left, right, score: SCORE });
@@ -62,6 +84,7 @@ pub(super) fn extend(evidence: &Evidence<'_>, found: &mut LatticeMatches) {
             break;
         }
     }
+    left_out.iter().filter(|l| **l).count()
 }
 
 /// All pairs of unmatched dots at an expected position.

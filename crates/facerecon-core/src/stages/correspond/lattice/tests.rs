@@ -243,8 +243,9 @@ fn a_wall_behind_the_face_is_left_out() {
         })
         .count();
     let matched = found.len() - behind;
-    // the silhouette, where a patch of the plain pair shows face and wall, may be lost
-    assert!(matched * 100 > 80 * faces && faces > 300, "{matched} of {faces}");
+    // the silhouette, where a patch of the plain pair shows face and wall and the labels continue
+    // into the wall, may be lost
+    assert!(matched * 100 > 75 * faces && faces > 300, "{matched} of {faces}");
     assert!(behind * 50 < faces && wrong * 50 < faces, "{behind} behind, {wrong} wrong");
 }
 
