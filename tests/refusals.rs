@@ -128,11 +128,31 @@ fn photos_without_dots_are_refused_by_the_detection() {
     refused(&bench, RECONSTRUCT, 1, &["detect", "0 dots", "at least"]);
     refused(&bench, PRECISE, 1, &["detect", "at least"]);
     refused(&bench, "detect capture/left_dots.png -o out/d.csv -q", 1, &["detect"]);
+    let ran = bench.run("check capture");
+    assert!(ran.code == 1 && ran.out.contains("FAULT"), "{}{}", ran.out, ran.err);
+    assert!(ran.err.contains("cannot be reconstructed"), "{}", ran.err);
     // the plain photo given by mistake
     bench.bring("parallel", "capture");
     bench.edit("capture/capture.toml", "\"right_dots.png\"", "\"right_plain.png\"");
     let ran = bench.run(PRECISE);
     assert_eq!((ran.code, bench.files("out").len()), (1, 0), "{}", ran.err);
+}
+
+#[test]
+fn photos_that_do_not_belong_together_are_never_called_good() {
+    let bench = Bench::new();
+    let text = bench.text("capture/capture.toml");
+    for (from, to, words) in [
+        ("\"right_dots.png\"", "\"left_dots.png\"", "same picture"),
+        ("\"left_plain.png\"", "\"left_dots.png\"", "pattern's contrast"),
+    ] {
+        bench.write("capture/capture.toml", &text);
+        bench.edit("capture/capture.toml", from, to);
+        let checked = bench.run("check capture");
+        assert!(checked.out.contains(words), "{}{}", checked.out, checked.err);
+        let ran = bench.run("reconstruct capture -o out --json -q");
+        assert!(ran.code == 1 || ran.out.contains("doubtful"), "{from}: {}", ran.out);
+    }
 }
 
 #[test]

@@ -15,13 +15,14 @@ mod reconstruction;
 mod run;
 mod shape;
 pub mod single_stage;
+mod trial;
 mod uncertainty;
 mod verdict;
 
 pub use error::Error;
 pub use numbers::{FaceDistance, FaceLandmark, FaceSize, LandmarkStatus};
 pub use params::{Params, Profile};
-pub use photo_check::check_capture;
 pub use reconstruct::reconstruct;
 pub use reconstruction::Reconstruction;
+pub use trial::check_capture;
 pub use verdict::{FaceVerdict, Reason, VerdictFigures, VerdictLevel};

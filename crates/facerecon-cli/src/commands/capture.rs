@@ -7,8 +7,8 @@ use facerecon_core::io::capture::{
 };
 use facerecon_core::io::{IoError, atomic};
 use facerecon_core::observer::WarningCollector;
-use facerecon_core::stages::check::Verdict;
-use facerecon_core::{Params, check_capture};
+use facerecon_core::stages::check::{CheckReport, Verdict};
+use facerecon_core::{Error, Params, check_capture};
 use serde_json::json;
 
 use super::shared::to_json;
@@ -54,6 +54,16 @@ pub(super) fn new(folder: &Path, terminal: &Terminal) -> Result<(), Failure> {
     Ok(())
 }
 
+/// An error if the capture cannot be reconstructed.
+fn refused(report: &CheckReport) -> Result<(), Failure> {
+    match &report.refusal {
+        None => Ok(()),
+        Some(reason) => {
+            Err(Error::Input(format!("the capture cannot be reconstructed: {reason}")).into())
+        }
+    }
+}
+
 /// Checks the photographs of a capture.
 pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failure> {
     let loaded = read(args)?;
@@ -67,9 +77,10 @@ pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failu
         terminal.result(&to_json(&json!({
             "good": report.is_good() && warnings.is_empty(),
             "findings": report.findings,
+            "refusal": report.refusal,
             "warnings": warnings,
         })));
-        return Ok(());
+        return refused(&report);
     }
     for warning in &warnings {
         terminal.warning(warning);
@@ -79,11 +90,18 @@ pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failu
             Verdict::Good => terminal.result(&format!("good: {}", finding.message)),
             Verdict::Warning => terminal
                 .result(&format!("WARNING: {}\n      -> {}", finding.message, finding.advice)),
+            Verdict::Fault => {
+                terminal
+                    .result(&format!("FAULT: {}\n      -> {}", finding.message, finding.advice));
+            }
             Verdict::Unknown => terminal.result(&format!("unknown: {}", finding.message)),
         }
     }
+    refused(&report)?;
     let verdict = if report.is_good() {
         "The photographs are good enough."
+    } else if !report.faults().is_empty() {
+        "A result of these photographs cannot be trusted; see the faults."
     } else {
         "The photographs can be improved; see the warnings."
     };

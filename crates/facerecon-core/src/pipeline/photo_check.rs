@@ -9,12 +9,12 @@ use crate::stages::detect::{DetectMethod, DetectParams, Detection, detect};
 use crate::stages::filter::{FilterParams, filter};
 use crate::stages::rectify::{Rectified, RectifyError, rectify};
 
-/// Checks the photographs of a capture alone: whether they suffice for a reconstruction, by the
-/// thesis's rules (section 6.5.1). Photos that cannot be rectified are a finding, not an error.
+/// Checks the photographs of a capture alone, by the thesis's rules (section 6.5.1). Photos that
+/// cannot be rectified are a finding, not an error.
 ///
 /// # Errors
 /// A parameter out of its range, or a cancelled run.
-pub fn check_capture(
+pub(super) fn check_photos(
     capture: &Capture,
     params: &Params,
     observer: &dyn Observer,

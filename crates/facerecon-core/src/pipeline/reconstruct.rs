@@ -31,10 +31,30 @@ pub fn reconstruct(
     params: &Params,
     observer: &dyn Observer,
 ) -> Result<Reconstruction, Error> {
+    run_stages(capture, template, params, true, observer)
+}
+
+/// As [`reconstruct`], without the texture.
+pub(super) fn reconstruct_untextured(
+    capture: &Capture,
+    template: &Template,
+    params: &Params,
+    observer: &dyn Observer,
+) -> Result<Reconstruction, Error> {
+    run_stages(capture, template, params, false, observer)
+}
+
+fn run_stages(
+    capture: &Capture,
+    template: &Template,
+    params: &Params,
+    textured: bool,
+    observer: &dyn Observer,
+) -> Result<Reconstruction, Error> {
     let run = Run::new(observer);
 
     let mut rectified = run.stage("rectify", |o| rectify(capture, &params.rectify, o))?;
-    run.stage("check", |o| check_rectified(capture, &rectified, params, o))?;
+    let checked = run.stage("check", |o| check_rectified(capture, &rectified, params, o))?;
     let found = match_photos(&run, capture, &rectified, params)?;
     if rectified.rectification.rig.is_none() && params.cameras.estimate {
         rectified.rectification.rig =
@@ -79,8 +99,11 @@ pub fn reconstruct(
         &points.all.transformed(&shape.model_from_camera),
         &shape.model_from_camera.translation,
     );
-    let texture =
-        paint(&run, capture, &rectified, &mesh, &shape, &points, &matches, template, params)?;
+    let texture = if textured {
+        paint(&run, capture, &rectified, &mesh, &shape, &points, &matches, template, params)?
+    } else {
+        None
+    };
 
     let (timings_ms, warnings) = run.finish();
     let mut result = Reconstruction {
@@ -104,7 +127,7 @@ pub fn reconstruct(
         warnings,
         params: params.clone(),
     };
-    result.verdict = verdict_of(&result);
+    result.verdict = verdict_of(&result, checked.faults());
     Ok(result)
 }
 

@@ -4,62 +4,34 @@
 //! results break. The level is that of the worst reason; a result without a reason is good.
 
 mod figures;
+mod limits;
 mod norms;
 mod outcome;
 
 use crate::pipeline::Reconstruction;
 use figures::figures_of;
+use limits::{
+    ASYMMETRY_MM, LANDMARK_OFFSET_MM, LANDMARKS_MEASURED, LARGE_SD, Limits, MATCHED_SHARE,
+    MEASURED_SHARE, NOSE_PROTRUSION_MAX_MM, NOSE_PROTRUSION_MM, NOSE_RELIEF, NOSE_RELIEF_MAX,
+    PROPORTION_SD, PROPORTIONS_OFF, REGION_SHARE, REGISTRATION_GROWTH, REGISTRATION_RMS_MM,
+    REGISTRATION_SHARE, RESIDUAL_MM, ROLL_DEG, ROW_OFFSET_PX, SMALL_SD, TURN_DEG,
+};
 pub use outcome::{FaceVerdict, Reason, VerdictFigures, VerdictLevel};
 
-/// Limits of a figure: beyond the first a result is usable, beyond the second doubtful.
-struct Limits {
-    usable: f64,
-    doubtful: f64,
-}
-
-/// Share of the face that was measured: 0.76 to 0.95 on captures with known truth.
-const MEASURED_SHARE: Limits = Limits { usable: 0.70, doubtful: 0.45 };
-/// Distance of the points from the mesh, mm: below 0.1 where the fit follows the points.
-const RESIDUAL_MM: Limits = Limits { usable: 0.8, doubtful: 2.0 };
-/// Landmarks that were found or marked, of 18: 14 on faces, 4 or 5 on a face that is upside down.
-const LANDMARKS_MEASURED: Limits = Limits { usable: 11.5, doubtful: 8.5 };
-/// Distance of measured landmarks from their vertices, mm.
-const LANDMARK_OFFSET_MM: Limits = Limits { usable: 3.0, doubtful: 6.0 };
-/// Asymmetry, mm: 0.5 to 1.4 for heads in their right place, above 2.2 for a head turned by 35
-/// degrees against the face.
-const ASYMMETRY_MM: Limits = Limits { usable: 1.6, doubtful: 2.0 };
-/// Least protrusion of the nose, mm: adults 30 to 47; a head of 0.7 times the size of an adult's has
-/// at least 21. An upside-down face and a flattened one have less.
-const NOSE_PROTRUSION_MM: Limits = Limits { usable: 24.0, doubtful: 21.0 };
-/// Greatest protrusion of the nose, mm.
-const NOSE_PROTRUSION_MAX_MM: Limits = Limits { usable: 55.0, doubtful: 65.0 };
-/// Deviation of a distance from the norms, standard deviations.
-const PROPORTION_SD: Limits = Limits { usable: 3.5, doubtful: 4.5 };
-/// Distances beyond the limit that make a result doubtful: a single one may be a landmark out of
-/// place.
-const PROPORTIONS_OFF: usize = 2;
-/// Distance of the points from the template after registration, mm: 3.4 to 7.9 when it is right.
-const REGISTRATION_RMS_MM: Limits = Limits { usable: 8.5, doubtful: 9.5 };
-/// Residual after over before registration: it falls when the registration is right.
-const REGISTRATION_GROWTH: Limits = Limits { usable: 1.02, doubtful: 1.08 };
-/// Share of the matches that belong to the head: 0.73 to 0.99 when the registration is right.
-const REGISTRATION_SHARE: Limits = Limits { usable: 0.65, doubtful: 0.55 };
-/// Roll of the head in the photo, degrees.
-const ROLL_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
-/// Turn of the face away from the camera, degrees: one cheek is hidden beyond the first.
-const TURN_DEG: Limits = Limits { usable: 35.0, doubtful: 60.0 };
-/// Rows out of level against the calibration, pixels: a calibration of other cameras, or cameras
-/// that were moved.
-const ROW_OFFSET_PX: Limits = Limits { usable: 3.0, doubtful: 8.0 };
-
-/// The verdict on a result; its own field `verdict` is not read.
-pub(super) fn verdict_of(found: &Reconstruction) -> FaceVerdict {
-    judge(figures_of(found), found.registration.is_some(), found.metric)
+/// The verdict on a result whose photos have these `faults`; its own field `verdict` is not read.
+pub(super) fn verdict_of(found: &Reconstruction, faults: Vec<String>) -> FaceVerdict {
+    judge(figures_of(found), faults, found.registration.is_some(), found.metric)
 }
 
 /// Applies the rules to the figures.
-fn judge(figures: VerdictFigures, registered: bool, metric: bool) -> FaceVerdict {
+fn judge(
+    figures: VerdictFigures,
+    faults: Vec<String>,
+    registered: bool,
+    metric: bool,
+) -> FaceVerdict {
     let mut rules = Rules::default();
+    faults.into_iter().for_each(|text| rules.add(VerdictLevel::Doubtful, text));
     if !registered {
         rules.add(
             VerdictLevel::Doubtful,
@@ -73,6 +45,7 @@ fn judge(figures: VerdictFigures, registered: bool, metric: bool) -> FaceVerdict
         );
     }
     shape_rules(&figures, &mut rules);
+    size_rules(&figures, &mut rules);
     pose_rules(&figures, &mut rules);
     let mut reasons = rules.reasons;
     reasons.sort_by_key(|r| std::cmp::Reverse(r.level as u8));
@@ -89,6 +62,23 @@ fn shape_rules(figures: &VerdictFigures, rules: &mut Rules) {
             100.0 * limit
         )
     });
+    let regions = ["eyes", "nose", "mouth", "chin"];
+    for (region, share) in figures.measured_region.iter().filter(|r| regions.contains(r.0)) {
+        rules.at_least(&REGION_SHARE, Some(*share), |share, limit| {
+            format!(
+                "{region}: {:.0} % was measured (at least {:.0} % expected), the rest is the \
+                 template's",
+                100.0 * share,
+                100.0 * limit
+            )
+        });
+    }
+    for (name, mm) in &figures.landmarks_off_mm {
+        let text = format!(
+            "the landmark {name} is {mm:.1} mm from its vertex: the mesh does not follow it"
+        );
+        rules.add(VerdictLevel::Usable, text);
+    }
     // ears are thin and often covered by hair: their residual is reported, but not judged
     for (region, residual) in figures.residual_mm.iter().filter(|r| *r.0 != "ears") {
         rules.at_most(&RESIDUAL_MM, Some(*residual), |mm, limit| {
@@ -122,6 +112,31 @@ fn shape_rules(figures: &VerdictFigures, rules: &mut Rules) {
     };
     rules.at_least(&NOSE_PROTRUSION_MM, figures.nose_protrusion_mm, protrusion);
     rules.at_most(&NOSE_PROTRUSION_MAX_MM, figures.nose_protrusion_mm, protrusion);
+    let relief = |share: f64, limit: f64| {
+        format!(
+            "the nose protrudes by {share:.2} of the distance of the outer eye corners ({limit:.2} \
+             is the limit): is the focal length right?"
+        )
+    };
+    rules.at_least(&NOSE_RELIEF, figures.nose_relief, relief);
+    rules.at_most(&NOSE_RELIEF_MAX, figures.nose_relief, relief);
+}
+
+/// The rules on the size of the face.
+fn size_rules(figures: &VerdictFigures, rules: &mut Rules) {
+    rules.at_most(&LARGE_SD, figures.size_sd, |sd, limit| {
+        format!(
+            "the face is {sd:.1} standard deviations larger than those of adults (at most \
+             {limit:.1} expected): does the calibration belong to these photos?"
+        )
+    });
+    rules.at_least(&SMALL_SD, figures.size_sd, |sd, limit| {
+        format!(
+            "the face is {:.1} standard deviations smaller than those of adults (at most {:.1} \
+             expected): unless the subject is a child, the calibration is wrong",
+            -sd, -limit
+        )
+    });
     let beyond = |limit: f64| {
         let off = figures.proportions_sd.iter().filter(|(_, sd)| sd.abs() > limit);
         off.map(|(name, sd)| format!("{} {sd:+.1}", name.replace('_', " "))).collect::<Vec<_>>()
@@ -151,6 +166,14 @@ fn pose_rules(figures: &VerdictFigures, rules: &mut Rules) {
     });
     rules.at_most(&REGISTRATION_GROWTH, figures.registration_growth, |ratio, _| {
         format!("the registration raised the distance of the points to {ratio:.2} times its start")
+    });
+    rules.at_least(&MATCHED_SHARE, figures.matched_share, |share, limit| {
+        format!(
+            "{:.1} % of the dots were matched (at least {:.0} % expected): do the photos belong \
+             together, in this order, and to the calibration?",
+            100.0 * share,
+            100.0 * limit
+        )
     });
     rules.at_least(&REGISTRATION_SHARE, figures.registration_share, |share, limit| {
         format!(
@@ -217,6 +240,8 @@ impl Rules {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     /// The figures of a good result.
@@ -229,6 +254,11 @@ mod tests {
             landmark_offset_mm: Some(0.8),
             asymmetry_mm: Some(0.9),
             nose_protrusion_mm: Some(37.0),
+            nose_relief: Some(0.41),
+            size_sd: Some(0.2),
+            measured_region: [("mouth", 0.98), ("forehead", 0.1)].into(),
+            landmarks_off_mm: BTreeMap::new(),
+            matched_share: Some(0.4),
             proportions_sd: [("biocular_width", 0.4), ("nose_width", 0.0)].into(),
             registration_rms_mm: Some(4.4),
             registration_growth: Some(0.5),
@@ -241,12 +271,12 @@ mod tests {
     }
 
     fn level(figures: VerdictFigures) -> VerdictLevel {
-        judge(figures, true, true).level
+        judge(figures, Vec::new(), true, true).level
     }
 
     #[test]
     fn a_result_without_a_reason_is_good() {
-        let verdict = judge(good(), true, true);
+        let verdict = judge(good(), Vec::new(), true, true);
         assert_eq!((verdict.level, verdict.reasons.len()), (VerdictLevel::Good, 0));
         let text = verdict.to_string();
         assert!(
@@ -258,7 +288,12 @@ mod tests {
     #[test]
     fn one_grave_figure_makes_a_result_doubtful() {
         type Change = fn(&mut VerdictFigures);
-        let cases: [(Change, &str); 11] = [
+        let cases: [(Change, &str); 16] = [
+            (|f| f.nose_relief = Some(0.7), "focal length"),
+            (|f| f.size_sd = Some(2.5), "larger"),
+            (|f| f.size_sd = Some(-3.0), "child"),
+            (|f| _ = f.measured_region.insert("mouth", 0.2), "mouth: 20 %"),
+            (|f| f.matched_share = Some(0.02), "2.0 % of the dots"),
             (|f| f.measured_share = Some(0.2), "20 %"),
             (|f| _ = f.residual_mm.insert("nose", 3.0), "nose"),
             (|f| f.landmark_offset_mm = Some(9.0), "9.0 mm"),
@@ -277,7 +312,7 @@ mod tests {
         for (change, words) in cases {
             let mut figures = good();
             change(&mut figures);
-            let verdict = judge(figures, true, true);
+            let verdict = judge(figures, Vec::new(), true, true);
             assert_eq!(verdict.level, VerdictLevel::Doubtful, "{words}");
             assert!(verdict.to_string().contains(words), "{verdict}");
         }
@@ -287,16 +322,30 @@ mod tests {
     fn slight_deviations_leave_a_result_usable() {
         let slight = VerdictFigures { landmarks_found: 10, ..good() };
         assert_eq!(level(slight), VerdictLevel::Usable);
+        let off = VerdictFigures { landmarks_off_mm: [("chin", 7.25)].into(), ..good() };
+        let verdict = judge(off, Vec::new(), true, true);
+        assert_eq!(verdict.level, VerdictLevel::Usable);
+        assert!(verdict.to_string().contains("chin is 7.2 mm"), "{verdict}");
+        let small = VerdictFigures { size_sd: Some(-2.0), ..good() };
+        assert_eq!(level(small), VerdictLevel::Usable);
         let one = VerdictFigures { proportions_sd: [("mouth_width", 6.0)].into(), ..good() };
         assert_eq!(level(one), VerdictLevel::Usable);
-        assert_eq!(judge(good(), true, false).level, VerdictLevel::Usable);
-        assert_eq!(judge(good(), false, true).level, VerdictLevel::Doubtful);
+        assert_eq!(judge(good(), Vec::new(), true, false).level, VerdictLevel::Usable);
+        assert_eq!(judge(good(), Vec::new(), false, true).level, VerdictLevel::Doubtful);
+    }
+
+    #[test]
+    fn a_fault_of_the_photos_makes_a_result_doubtful() {
+        let verdict = judge(good(), vec!["the same picture".into()], true, true);
+        assert_eq!(verdict.level, VerdictLevel::Doubtful);
+        assert!(verdict.to_string().contains("the same picture"));
     }
 
     #[test]
     fn the_gravest_reason_comes_first() {
         let mixed = VerdictFigures { measured_share: Some(0.6), roll_deg: Some(90.0), ..good() };
-        let levels: Vec<_> = judge(mixed, true, true).reasons.iter().map(|r| r.level).collect();
+        let levels: Vec<_> =
+            judge(mixed, Vec::new(), true, true).reasons.iter().map(|r| r.level).collect();
         assert_eq!(levels, [VerdictLevel::Doubtful, VerdictLevel::Usable]);
     }
 }

@@ -1,13 +1,15 @@
 //! Check: whether the photographs of a capture suffice, by the thesis's rules (section 6.5.1).
 //!
 //! Resolution, equal luminance, no saturation, sharp dots of good contrast, the subject in both
-//! photos, level rows, the exposure of the plain pair. Each rule gives the figure found, the figure
+//! photos, level rows, the exposure of the plain pair, photos that belong together. Each rule gives the figure found, the figure
 //! expected and what to do. A capture that breaks a rule may still be reconstructed: the rules
 //! warn, they do not stop a run.
 
+mod agreement;
 mod dot_figures;
 mod dot_rules;
 mod input;
+mod pair_rules;
 mod photo_figures;
 mod photo_rules;
 mod report;
@@ -113,6 +115,7 @@ pub fn check(
         dot_rules::all(input, params, &mut report);
     }
     photo_rules::plain_pair(capture, &mut report);
+    pair_rules::all(input, &mut report);
     for warning in report.warnings() {
         observer.warn("check", &warning);
     }

@@ -134,7 +134,8 @@ class Finding:
 
     Attributes:
         rule: name of the rule.
-        verdict: ``"good"``, ``"warning"``, or ``"unknown"`` when it could not be measured.
+        verdict: ``"good"``, ``"warning"``, ``"fault"`` when a result could not be
+            trusted, or ``"unknown"`` when it could not be measured.
         message: what was found and what is expected, with figures.
         advice: what to do; empty if nothing.
     """
@@ -154,7 +155,8 @@ def check(capture: Capture | str | PathLike[str], **settings: Any) -> list[Findi
             all.
 
     Returns:
-        One finding per rule. A capture that violates a rule can still be reconstructed.
+        One finding per rule; the last one, ``reconstruction``, is that of a trial reconstruction
+        without texture. A capture with warnings can still be reconstructed.
 
     Raises:
         ParameterError: (a ``ValueError``) for settings.

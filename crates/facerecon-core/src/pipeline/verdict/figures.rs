@@ -8,7 +8,7 @@ use super::norms::NORMS;
 use super::outcome::VerdictFigures;
 use crate::data::LANDMARKS;
 use crate::math::{Vec3, median};
-use crate::pipeline::{LandmarkStatus, Reconstruction};
+use crate::pipeline::{FaceLandmark, LandmarkStatus, Reconstruction};
 use crate::spatial::SurfaceIndex;
 
 /// The face reaches from the level of the ears this far toward the nose tip, as a fraction of the
@@ -18,6 +18,15 @@ const FACE_DEPTH: f64 = 0.35;
 const SAMPLES: usize = 3000;
 /// A point farther from the next landmark is of no region: neck, hair, clothing, wall.
 const REGION_MM: f64 = 40.0;
+/// Measured area counts for a region within this distance of its landmarks.
+const REGION_CORE_MM: f64 = 25.0;
+/// Least number of distances that determine a size.
+const MIN_DISTANCES: usize = 3;
+/// A landmark farther from its vertex, mm, is not followed by the mesh; at most 1.6 on captures with
+/// known truth.
+const LANDMARK_OFF_MM: f64 = 4.0;
+/// The same in standard deviations of the landmark.
+const LANDMARK_OFF_SIGMAS: f64 = 3.0;
 
 /// Computes the figures of a result.
 pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
@@ -28,6 +37,11 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
         landmarks_found: count(LandmarkStatus::Found),
         landmarks_marked: count(LandmarkStatus::Marked),
         proportions_sd: proportions(found),
+        size_sd: size(found),
+        matched_share: Some(
+            found.matches.len() as f64 / found.dots[0].min(found.dots[1]).max(1) as f64,
+        ),
+        landmarks_off_mm: landmarks_off(found, &landmarks),
         match_score: median(&scores),
         row_offset_px: found.rows.offset_px,
         ..VerdictFigures::default()
@@ -54,6 +68,8 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
     if let Some(face) = FaceFrame::new(found) {
         figures.measured_share = face.measured_share(found);
         figures.nose_protrusion_mm = face.nose_protrusion();
+        figures.nose_relief = figures.nose_protrusion_mm.map(|mm| mm / face.biocular_width());
+        figures.measured_region = face.measured_regions(found);
         if let Some(surface) = SurfaceIndex::new(&found.mesh) {
             figures.asymmetry_mm = face.asymmetry(found, &surface);
             figures.residual_mm = face.residuals(found, &surface);
@@ -66,10 +82,34 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
 fn proportions(found: &Reconstruction) -> BTreeMap<&'static str, f64> {
     let distances = found.face_distances();
     let of_norm = |norm: &super::norms::Norm| {
-        let distance = distances.iter().find(|d| d.term.name == norm.name)?;
+        let distance = distances.iter().find(|d| d.is_measured && d.term.name == norm.name)?;
         Some((norm.name, norm.excess(distance.value_mm)))
     };
     NORMS.iter().filter_map(of_norm).collect()
+}
+
+/// Mean deviation of the measured distances from those of adults, standard deviations.
+fn size(found: &Reconstruction) -> Option<f64> {
+    let distances = found.face_distances();
+    let of_norm = |norm: &super::norms::Norm| {
+        let distance = distances.iter().find(|d| d.is_measured && d.term.name == norm.name)?;
+        Some((distance.value_mm - norm.adult_mm) / norm.adult_sd_mm)
+    };
+    let all: Vec<f64> = NORMS.iter().filter_map(of_norm).collect();
+    (all.len() >= MIN_DISTANCES).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// Measured landmarks whose vertices lie far from them.
+fn landmarks_off(
+    found: &Reconstruction,
+    landmarks: &[FaceLandmark],
+) -> BTreeMap<&'static str, f64> {
+    let off = |l: &FaceLandmark| {
+        let distance = (found.mesh.vertices.get(l.vertex?)? - l.in_model).norm();
+        let limit = LANDMARK_OFF_MM.max(LANDMARK_OFF_SIGMAS * l.sigma);
+        (l.status.is_measured() && distance > limit).then_some((l.term.name, distance))
+    };
+    landmarks.iter().filter_map(off).collect()
 }
 
 /// The landmarks' vertices on the mesh, model frame.
@@ -115,6 +155,34 @@ impl FaceFrame {
             measured += area * known as f64 / 3.0;
         }
         (all > 0.0).then(|| measured / all)
+    }
+
+    /// Share of the area that was measured, by region.
+    fn measured_regions(&self, found: &Reconstruction) -> BTreeMap<&'static str, f64> {
+        let mesh = &found.mesh;
+        let mut areas: BTreeMap<&'static str, [f64; 2]> = BTreeMap::new();
+        if !mesh.has_uncertainty() {
+            return BTreeMap::new();
+        }
+        for face in &mesh.faces {
+            let corners = face.map(|i| mesh.vertices[i as usize]);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            if !self.contains(&middle) {
+                continue;
+            }
+            let Some(region) = self.region(&middle, REGION_CORE_MM) else { continue };
+            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+            let known = face.iter().filter(|i| mesh.measured[**i as usize]).count();
+            let sums = areas.entry(region).or_default();
+            sums[0] += area * known as f64 / 3.0;
+            sums[1] += area;
+        }
+        let shares = areas.into_iter().filter(|(_, [_, all])| *all > 0.0);
+        shares.map(|(region, [known, all])| (region, known / all)).collect()
+    }
+
+    fn biocular_width(&self) -> f64 {
+        (self.at("eye_left_outer") - self.at("eye_right_outer")).norm()
     }
 
     fn nose_protrusion(&self) -> Option<f64> {
@@ -164,7 +232,7 @@ impl FaceFrame {
             .into_par_iter()
             .filter_map(|i| {
                 let p = found.model_from_camera.apply(&found.cloud.points[i]);
-                Some((self.region(&p)?, surface.closest(&p)?.distance))
+                Some((self.region(&p, REGION_MM)?, surface.closest(&p)?.distance))
             })
             .collect();
         let mut regions: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
@@ -174,10 +242,11 @@ impl FaceFrame {
         regions.into_iter().filter_map(|(name, all)| Some((name, median(&all)?))).collect()
     }
 
-    fn region(&self, p: &Vec3) -> Option<&'static str> {
+    /// Region of the landmark nearest to a position, if it is nearer than `reach_mm`.
+    fn region(&self, p: &Vec3, reach_mm: f64) -> Option<&'static str> {
         let far = |a: &Vec3| (a - p).norm_squared();
         let (nearest, place) = self.places.iter().min_by(|a, b| far(a.1).total_cmp(&far(b.1)))?;
-        if far(place) > REGION_MM.powi(2) {
+        if far(place) > reach_mm.powi(2) {
             return None;
         }
         Some(match *nearest {

@@ -63,7 +63,19 @@ pub struct VerdictFigures {
     pub asymmetry_mm: Option<f64>,
     /// Distance of the nose tip in front of the plane of outer eye corners and mouth corners, mm.
     pub nose_protrusion_mm: Option<f64>,
-    /// Distances by name: standard deviations above the mean of adults (positive) or below that of
+    /// That distance over the distance of the outer eye corners.
+    pub nose_relief: Option<f64>,
+    /// Share of the area within 25 mm of the landmarks of a region that was measured, by region.
+    pub measured_region: BTreeMap<&'static str, f64>,
+    /// Measured landmarks that the mesh does not follow, with the distance of their vertices, mm:
+    /// more than 4 mm and more than three standard deviations.
+    pub landmarks_off_mm: BTreeMap<&'static str, f64>,
+    /// Mean deviation of the measured distances from those of adults, standard deviations; `None`
+    /// with fewer than three distances.
+    pub size_sd: Option<f64>,
+    /// Share of the dots of the photo with fewer dots that were matched.
+    pub matched_share: Option<f64>,
+    /// Measured distances by name: standard deviations above the mean of adults (positive) or below that of
     /// children of six years (negative); 0 between.
     pub proportions_sd: BTreeMap<&'static str, f64>,
     /// Typical distance of the points from the template after registration, mm.

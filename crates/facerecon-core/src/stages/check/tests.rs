@@ -45,7 +45,11 @@ fn lit(level: f32) -> Photo {
     Photo { rgb: Rgb::filled(768, 576, [level as u8; 3]), gray: Gray::filled(768, 576, level) }
 }
 
+/// The right photo is taken 3 pixels aside, so that it is not the same picture as the left one.
 fn capture(left: Photo, right: Photo) -> Capture {
+    let (width, height) = right.size();
+    let aside = |x: usize, y: usize| right.gray.clamped(x as isize + 3, y as isize);
+    let right = Photo { gray: Gray::from_fn(width, height, aside), ..right };
     Capture {
         left,
         right,
@@ -88,8 +92,7 @@ fn broken(capture: &Capture) -> Vec<&'static str> {
     let heard = Warnings::default();
     let views = Rectification::identity(capture.left.size());
     let report = report_with(capture, &views, &heard);
-    let warned: Vec<_> =
-        report.findings.iter().filter(|f| f.verdict == Verdict::Warning).map(|f| f.rule).collect();
+    let warned: Vec<_> = report.findings.iter().filter(|f| f.is_broken()).map(|f| f.rule).collect();
     assert_eq!(report.is_good(), warned.is_empty());
     assert_eq!(report.warnings().len(), warned.len());
     assert_eq!(*heard.0.borrow(), report.warnings());
@@ -207,4 +210,50 @@ fn the_row_offset_is_measured_to_a_tenth_of_a_pixel() {
     let scattered: Vec<Vec2> =
         (0..900).map(|i| Vec2::new(f64::from(i), f64::from(i * 7919 % 10_000) / 40.0)).collect();
     assert_eq!(row_offset::offset(&scattered, &scattered[..400], 9.0), None);
+}
+
+/// A subject without the pattern: a disc with bright and dark parts, `aside` pixels further right.
+fn plain(aside: f64) -> Photo {
+    let gray = Gray::from_fn(768, 576, |x, y| {
+        let (x, y) = (x as f64 - aside, y as f64);
+        let r = (x - 380.0).hypot((y - 290.0) * 0.8);
+        let marks = (x / 37.0).sin() * (y / 29.0).cos();
+        if r > 200.0 { 6.0 } else { (120.0 + 60.0 * marks) as f32 }
+    });
+    Photo { rgb: Rgb::filled(768, 576, [0; 3]), gray }
+}
+
+/// The photo with the pattern of the same subject.
+fn patterned(aside: f64) -> Photo {
+    let (dots, subject) = (dotted(0.0, 130.0, 2.0, 200.0).gray, plain(aside).gray);
+    let gray = Gray::from_fn(768, 576, |x, y| {
+        let dot = dots.clamped(x as isize - aside as isize, y as isize);
+        dot * (0.3 + subject.at(x, y) / 255.0)
+    });
+    Photo { gray, ..plain(aside) }
+}
+
+/// The message of the fault of a capture of the photos; `None` without one.
+fn fault(dotted: [Photo; 2], plain: [Photo; 2]) -> Option<String> {
+    let [left, right] = dotted;
+    let mut given = capture(left, right.clone());
+    given.right = right;
+    given.plain = Some(plain);
+    report(&given).faults().into_iter().next()
+}
+
+#[test]
+fn photos_that_do_not_belong_together_are_faults() {
+    let (dots, bare) = (|| [patterned(0.0), patterned(-40.0)], || [plain(0.0), plain(-40.0)]);
+    assert_eq!(fault(dots(), bare()), None);
+    let contains = |text: Option<String>, part: &str| {
+        assert!(text.as_ref().is_some_and(|t| t.contains(part)), "{part}: {text:?}");
+    };
+    let [left, right] = bare();
+    contains(fault(dots(), [right, left]), "interchanged");
+    contains(fault(dots(), [plain(-90.0), plain(-140.0)]), "of each camera");
+    contains(fault(dots(), [plain(0.0), plain(-140.0)]), "of the right camera");
+    contains(fault(dots(), dots()), "pattern's contrast");
+    contains(fault([patterned(0.0), patterned(0.0)], bare()), "with the pattern are the same");
+    contains(fault(dots(), [plain(0.0), plain(0.0)]), "without the pattern are the same");
 }

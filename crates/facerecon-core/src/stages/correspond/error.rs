@@ -87,7 +87,7 @@ pub enum CorrespondError {
     },
     /// More than one shift of the lattice fits the photos.
     #[error(
-        "ambiguous by a lattice period ({difference}): the best shift fits only {confidence:.2} times better than the next (at least {needed:.2} needed); add the pair without the pattern, one marked pair ([seeds]) or the calibration, or project a rotated pattern"
+        "ambiguous by a lattice period ({difference}): the best shift fits only {confidence:.2} times better than the next (at least {needed:.2} needed); check that left and right are not interchanged and the photos not mirrored or upside down; else add the pair without the pattern, one marked pair ([seeds]) or the calibration, or project a rotated pattern"
     )]
     Ambiguous {
         /// Difference between the two best shifts, mm of depth or pixels of disparity.
