@@ -19,8 +19,8 @@ import pytest
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 #: The files of a result beside those that hold the times the stages took.
 SAME = (
-    "face.obj face.mtl texture.png face.glb cloud.ply matches.csv landmarks.csv distances.csv "
-    "depth_left.png depth_right.png coverage.png"
+    "face.obj face.mtl texture.png face.glb face.landmarks.toml cloud.ply matches.csv "
+    "landmarks.csv distances.csv depth_left.png depth_right.png coverage.png"
 ).split()
 
 

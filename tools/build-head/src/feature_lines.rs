@@ -240,17 +240,15 @@ pub(crate) fn side_landmarks(sculpt: &Sculpt) -> [(&'static str, Vector2<f64>); 
     let (mouth, [inner, outer]) = (sculpt.mouth(), sculpt.eye().corners());
     let half = mouth.half_width();
     let front = |target| locate_in_front(sculpt, target);
-    let ear_root = |degrees: f64| {
-        let [y, z] = sculpt.ear().side_point(degrees.to_radians(), 1.0);
-        locate_at_side(sculpt, [z, y])
-    };
     [
         ("eye_{}_inner", front(inner)),
         ("eye_{}_outer", front(outer)),
         ("mouth_{}", front([half, mouth.line(half)])),
         // The most lateral point of the wing.
         ("ala_{}", front(sculpt.nose().wing_point(0.0, 0.97))),
-        ("ear_{}_upper", ear_root(328.0)),
-        ("ear_{}_lower", ear_root(222.0)),
+        // On the head, in front of the uppermost part of the helix and of the end of the lobe, where
+        // the outline of a face seen from the front turns from the head to the ear.
+        ("ear_{}_upper", locate_at_side(sculpt, [4.0, 27.0])),
+        ("ear_{}_lower", locate_at_side(sculpt, [0.0, -27.0])),
     ]
 }

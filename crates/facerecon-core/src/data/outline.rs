@@ -70,6 +70,13 @@ impl Outline {
         self.distance_px.bilinear(x, y).filter(|d| d.is_finite()).map(f64::from)
     }
 
+    /// Whether a pixel of the photo is more likely on the subject than off it, also where the outline
+    /// is not known; `None` outside the photo.
+    pub fn is_subject(&self, pixel: Vec2) -> Option<bool> {
+        let (x, y) = self.cell(pixel)?;
+        self.distance_px.bilinear(x, y).map(|d| d < 0.0)
+    }
+
     /// Unit direction in the photo in which the distance from the outline grows; `None` where
     /// the distance is not known or has no direction.
     pub fn outward(&self, pixel: Vec2) -> Option<Vec2> {

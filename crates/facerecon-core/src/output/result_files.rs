@@ -16,6 +16,7 @@ use crate::pipeline::Error;
 use crate::pipeline::Reconstruction;
 use crate::render::Frame;
 use crate::stages::register::Registration;
+use crate::template::{landmarks_toml, sidecar_path};
 
 /// Folder of the intermediate results, inside the result folder.
 pub const STAGES_FOLDER: &str = "stages";
@@ -164,6 +165,14 @@ fn write_files(folder: &Path, result: &Reconstruction, frame: Frame) -> Result<(
     match &png {
         Some(png) => io::obj::write_with(&folder.join("face.obj"), &mesh, "texture.png", png)?,
         None => io::obj::write(&folder.join("face.obj"), &mesh, None)?,
+    }
+    if !result.landmarks.is_empty() {
+        let axes = match frame {
+            Frame::Model => ["y", "z"],
+            Frame::Camera => ["-y", "-z"],
+        };
+        let text = landmarks_toml("face", &result.landmarks, axes);
+        io::atomic::write(&sidecar_path(&folder.join("face.obj")), text.as_bytes())?;
     }
     let glb = io::glb::encode(&mesh, png.as_deref());
     io::atomic::write(&folder.join("face.glb"), &glb)?;

@@ -3,7 +3,7 @@
 use super::measured::Points;
 use super::run::Run;
 use super::{Error, Params};
-use crate::data::{Capture, CloudFrame, MeasuredLandmark};
+use crate::data::{Capture, CloudFrame, MeasuredLandmark, Outline};
 use crate::stages::landmarks::{LandmarksInput, find_landmarks};
 use crate::stages::rectify::Rectified;
 
@@ -13,6 +13,7 @@ pub(super) fn find_unmarked(
     capture: &Capture,
     rectified: &Rectified,
     frame: CloudFrame,
+    outlines: &[Option<Outline>; 2],
     points: &mut Points,
     params: &Params,
 ) -> Result<(), Error> {
@@ -22,6 +23,7 @@ pub(super) fn find_unmarked(
     let input = LandmarksInput {
         surface: &points.all,
         plain: capture.plain.as_ref().map(|[left, right]| [&left.rgb, &right.rgb]),
+        outlines: outlines.each_ref().map(Option::as_ref),
         rectification: &rectified.rectification,
     };
     let found = run.stage("landmarks", |o| find_landmarks(&input, &params.landmarks, o))?;

@@ -87,7 +87,7 @@ fn run_stages(
         frame,
     };
     let mut points = inputs::points(&points.cloud, &measured, &features);
-    find_unmarked(&run, capture, &rectified, frame, &mut points, params)?;
+    find_unmarked(&run, capture, &rectified, frame, &outlines, &mut points, params)?;
     points.outlines = outline::camera_outlines(capture, frame, outlines);
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;
@@ -147,7 +147,8 @@ fn measure_disparity(
     let (left, right) = (&rectified.left, &rectified.right);
     let mut refined =
         run.stage("refine", |o| refine(left, right, rig, &found.matches, &params.refine, o))?;
-    match_remaining_dots(&mut refined, [&dots[0], &dots[1]], params.refine.unmatched_sigma_px);
+    let max_sigma_px = params.refine.unmatched_sigma * refined.pitch_px;
+    match_remaining_dots(&mut refined, [&dots[0], &dots[1]], max_sigma_px);
     Ok((refined.matches.clone(), Some(refined)))
 }
 

@@ -5,9 +5,12 @@
 //! 2. In that frame surface and photos are resampled to a frontal picture in millimetres.
 //! 3. Eyes and mouth are found there by colour: lips are redder than skin, the opening of the eye is
 //!    less red or darker. The nose is found by the slope of its wings and by the profile.
-//! 4. Lengths that hardly differ between people complete and check what was found.
+//! 4. The ears are found by the outline of the subject in the plain photos.
+//! 5. Lengths that hardly differ between people complete and check what was found.
 
 mod color_regions;
+mod ear_outline;
+mod ears;
 mod eyes;
 mod frontal;
 mod head_frame;
@@ -21,11 +24,12 @@ mod symmetry;
 mod tests;
 
 use crate::camera::Rectification;
-use crate::data::{Cloud, MeasuredLandmark, Rgb};
+use crate::data::{Cloud, MeasuredLandmark, Outline, Rgb};
 use crate::math::Vec3;
 use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value, choices, settings};
 
+use ears::Upright;
 use frontal::FrontalPicture;
 use head_frame::HeadFrame;
 use surface_points::SurfacePoints;
@@ -72,6 +76,8 @@ pub struct LandmarksInput<'a> {
     pub surface: &'a Cloud,
     /// The left and right photos without the pattern.
     pub plain: Option<[&'a Rgb; 2]>,
+    /// The subject's outlines in these photos, where they are known: without them no ear is found.
+    pub outlines: [Option<&'a Outline>; 2],
     /// How the photos relate to the camera frame; without a rig only the surface is used.
     pub rectification: &'a Rectification,
 }
@@ -101,7 +107,12 @@ pub struct FoundLandmarks {
 /// // nothing measured: nothing found
 /// let surface = Cloud::default();
 /// let rectification = Rectification::identity((64, 48));
-/// let input = LandmarksInput { surface: &surface, plain: None, rectification: &rectification };
+/// let input = LandmarksInput {
+///     surface: &surface,
+///     plain: None,
+///     outlines: [None, None],
+///     rectification: &rectification,
+/// };
 /// let found = find_landmarks(&input, &LandmarksParams::default(), &())?;
 /// assert!(found.landmarks.is_empty());
 /// # Ok::<(), facerecon_core::stages::landmarks::LandmarksError>(())
@@ -116,7 +127,7 @@ pub fn find_landmarks(
         return Ok(FoundLandmarks::default());
     }
     let surface = SurfacePoints::new(input.surface);
-    let mut best: Option<(f64, FoundLandmarks)> = None;
+    let mut best: Option<(f64, FoundLandmarks, Option<Upright>, HeadFrame)> = None;
     for tip in nose_tip::candidates(&surface, params.candidates) {
         observer.check()?;
         let Some(frame) = HeadFrame::about(&tip, &surface) else { continue };
@@ -128,18 +139,24 @@ pub fn find_landmarks(
         let score = f64::from(face.parts) + frame.symmetry;
         let complete = face.is_complete();
         if best.as_ref().is_none_or(|b| score > b.0) {
-            let found = FoundLandmarks {
-                landmarks: face.lifted(&picture, &frame),
-                expected: face.expected_ears(&frame),
-                symmetry: frame.symmetry,
-            };
-            best = Some((score, found));
+            let landmarks = face.lifted(&picture, &frame);
+            let found =
+                FoundLandmarks { landmarks, expected: Vec::new(), symmetry: frame.symmetry };
+            best = Some((score, found, face.upright, frame));
         }
         if complete {
             break;
         }
     }
-    let found = best.map(|b| b.1).unwrap_or_default();
+    let mut found = FoundLandmarks::default();
+    if let Some((_, face, upright, frame)) = best {
+        found = face;
+        if let Some(upright) = upright {
+            found.landmarks.extend(ears::find(input, upright, &frame));
+            found.expected = ears::expected(upright, &frame);
+            found.expected.retain(|e| found.landmarks.iter().all(|l| l.name != e.name));
+        }
+    }
     if found.landmarks.is_empty() {
         observer.warn(
             "landmarks",

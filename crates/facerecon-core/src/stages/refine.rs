@@ -75,16 +75,17 @@ settings! {
         /// Radius of curvature below which bending costs less (creases), as a share of the size of
         /// the measured region (square root of its area).
         crease_radius: f64 = 0.15, range 0.001..=10.0;
-        /// Gaussian smoothing of both photos before matching; reduces the bias that noise causes in
-        /// interpolation.
+        /// Gaussian smoothing of both photos before matching, in pixels of the photos as matched
+        /// (reduced where the dots are far apart); reduces the bias that noise causes in
+        /// interpolation between pixels.
         smooth_px: f64 = 0.4, range 0.0..=3.0, unit "px";
         /// Residuals of many more standard deviations than this hardly count (specular highlights,
         /// eyelashes): scale of the Geman-McClure weight.
         robust: f64 = 5.0, range 1.0..=20.0;
         /// Most Gauss-Newton steps.
         iterations: usize = 5, range 1.0..=50.0;
-        /// Points with a larger standard deviation of the disparity become holes.
-        max_sigma_px: f64 = 0.6, range 0.01..=10.0, unit "px";
+        /// Points with a larger standard deviation of the disparity become holes, in pitches.
+        max_sigma: f64 = 0.066, range 0.001..=1.0;
         /// Points become holes where the local root mean square of the residuals is more than this
         /// many times the expected noise.
         max_misfit: f64 = 2.5, range 1.0..=20.0;
@@ -92,8 +93,8 @@ settings! {
         /// information (noise only: dark hair, deep shadow).
         min_agreement: f64 = 0.5, range 0.0..=1.0;
         /// Dots detected in one photo only are matched through the surface where its standard
-        /// deviation is at most this; 0 leaves them out.
-        unmatched_sigma_px: f64 = 0.15, range 0.0..=10.0, unit "px", alias "lone_sigma_px";
+        /// deviation is at most this, in pitches; 0 leaves them out.
+        unmatched_sigma: f64 = 0.0167, range 0.0..=1.0;
         /// Points become holes where the surface is tilted further away from the cameras.
         max_tilt_deg: f64 = 82.0, range 10.0..=89.0, unit "degrees";
     }
@@ -211,7 +212,7 @@ pub fn refine(
     let pitch = pitch_px / binning.factor();
     let working = |photo: &Gray| binning.reduce(photo).blurred_to(params.smooth_px, SMOOTH_CUTOFF);
     let working_left = working(left);
-    let working_right = RowSpline::new(&working(&rows::levelled(right, &inside)));
+    let working_right = RowSpline::new(&working(&rows::levelled(right, &inside, pitch_px)));
 
     let mut samples: Vec<Sample> = samples.iter().map(|s| binning.working_sample(s)).collect();
     let half_width = params.window * pitch;
@@ -238,9 +239,9 @@ pub fn refine(
         params.robust,
     );
     let stiffness = Stiffness::new(spline.cell, pixels, depth_ratio(rig, &inside), params);
-    let last = descend(&model, &mut spline, &stiffness, params.iterations, observer)?;
+    let last = descend(&model, &mut spline, &stiffness, pitch, params.iterations, observer)?;
 
-    let limits = limits(params, binning, stiffness.depth_ratio);
+    let limits = limits(params, pitch, stiffness.depth_ratio);
     let sigma = quality::sigma(&model, &spline, &last, pitch, &limits);
     let (disparity, sigma_px) = binning.enlarge(&spline, &sigma, left.size());
     if !disparity.data().iter().any(|d| d.is_finite()) {
@@ -253,7 +254,7 @@ pub fn refine(
         &spline,
         &sigma,
         pitch,
-        params.max_sigma_px,
+        params.max_sigma * pitch_px,
     );
     let dropped = inside.len() - matches.len();
     observer.event(&Event::Count { stage: "refine", what: "matches", count: matches.len() });
@@ -296,9 +297,9 @@ fn cell_size(cell: f64, width: usize, height: usize) -> f64 {
 }
 
 /// The limits of the parameters in working pixels.
-fn limits(params: &RefineParams, binning: Binning, depth_ratio: f64) -> quality::Limits {
+fn limits(params: &RefineParams, pitch: f64, depth_ratio: f64) -> quality::Limits {
     quality::Limits {
-        sigma_px: params.max_sigma_px / binning.factor(),
+        sigma_px: params.max_sigma * pitch,
         misfit: params.max_misfit,
         agreement: params.min_agreement,
         slope: params.max_tilt_deg.to_radians().tan() / depth_ratio,

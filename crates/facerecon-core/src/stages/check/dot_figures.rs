@@ -9,8 +9,8 @@ use crate::math::{Vec2, median, percentile};
 const BRIGHT_FRACTION: f64 = 0.6;
 /// Percentiles that bound the brightest dots: a few bright specks elsewhere do not count.
 const BOUND_PERCENTILES: [f64; 2] = [0.01, 0.99];
-/// Width of the ring around a dot that gives its base level, pixels.
-const RING_PX: f64 = 1.2;
+/// Width of the ring around a dot that gives its base level, in spacings; at least one pixel.
+const RING: f64 = 0.13;
 /// Percentile of the grey levels around a dot that counts as its peak, robust to single hot pixels.
 const PEAK_PERCENTILE: f64 = 0.98;
 /// Minimum height of a dot above its base level to be measured, grey levels.
@@ -71,6 +71,7 @@ fn profile(image: &Gray, centre: Vec2, spacing: f64) -> Option<Profile> {
     let radius = (spacing / 2.0).max(1.5);
     let reach = radius.ceil() as isize;
     let (cx, cy) = (centre.x.round() as isize, centre.y.round() as isize);
+    let ring_width = (RING * spacing).max(1.0);
     let (mut ring, mut inside) = (Vec::new(), Vec::new());
     for dy in -reach..=reach {
         for dx in -reach..=reach {
@@ -78,7 +79,7 @@ fn profile(image: &Gray, centre: Vec2, spacing: f64) -> Option<Profile> {
             let distance = (Vec2::new((cx + dx) as f64, (cy + dy) as f64) - centre).norm();
             if distance < radius {
                 inside.push(value);
-                if distance > radius - RING_PX {
+                if distance > radius - ring_width {
                     ring.push(value);
                 }
             }

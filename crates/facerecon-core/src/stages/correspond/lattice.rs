@@ -43,8 +43,8 @@ use label::{LabelOptions, label_dots};
 use lattice_matches::LatticeMatches;
 use patches::PlainPatches;
 
-/// Least row tolerance, in spacings: positions of large dots are less exact.
-const MIN_ROW_TOLERANCE: f64 = 0.08;
+/// Least row tolerance, pixels: positions of small dots are limited by the pixels.
+const MIN_ROW_TOLERANCE_PX: f64 = 0.4;
 
 /// More dots left out as ambiguous than this share of the matches are worth a warning.
 const MANY_LEFT_OUT: f64 = 0.05;
@@ -73,7 +73,7 @@ pub(super) fn match_by_lattice(
         seeds: input.seeds,
         rig: input.rig,
         spacing_px,
-        tolerance_px: params.row_tolerance_px.max(MIN_ROW_TOLERANCE * spacing_px),
+        tolerance_px: (params.row_tolerance * spacing_px).max(MIN_ROW_TOLERANCE_PX),
     };
     let mut found = regions::match_regions(&evidence, params, observer)?;
     let left_out = extend::extend(&evidence, params, &mut found);

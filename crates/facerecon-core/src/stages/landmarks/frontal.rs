@@ -201,7 +201,7 @@ fn colors(
 
 /// Bilinear sample in linear light, 0 to 1; `None` outside the photo. `linear` is the light of each
 /// value of a pixel.
-fn linear_sample(photo: &Rgb, linear: &[f64; 256], at: Vec2) -> Option<[f64; 3]> {
+pub(super) fn linear_sample(photo: &Rgb, linear: &[f64; 256], at: Vec2) -> Option<[f64; 3]> {
     let (width, height) = photo.size();
     let inside =
         at.x >= 0.0 && at.y >= 0.0 && at.x <= width as f64 - 1.0 && at.y <= height as f64 - 1.0;

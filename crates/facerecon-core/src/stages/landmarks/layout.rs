@@ -1,5 +1,6 @@
 //! The face as a whole: what was found, checked against the proportions of faces and completed.
 
+use super::ears::Upright;
 use super::eyes::{self, Eye};
 use super::frontal::FrontalPicture;
 use super::head_frame::HeadFrame;
@@ -57,9 +58,21 @@ const INNER_BEHIND_MM: f64 = 1.1;
 /// The ala lies this far outside the steepest position of the wing, which is smoothed, mm; standard
 /// deviation 0.7. Mean over rendered heads.
 const ALA_BEYOND_MM: f64 = 0.5;
-/// The ala lies so far in front of the surface, which is smoothed across the steep wing, mm;
-/// standard deviation 1.8.
-const ALA_BEFORE_MM: f64 = 1.5;
+/// A position on a steep wing hardly determines the depth. The alae lie this far in front of the
+/// weighted mean of the cheek, a distance outside them, and of the base of the nose on the midline, a
+/// distance below them; mm, standard deviation 1.0. Means over rendered heads.
+const ALA_BEFORE_MM: f64 = 5.1;
+const CHEEK_WEIGHT: f64 = 0.7;
+const CHEEK_OUTSIDE_MM: f64 = 4.0;
+const BASE_BELOW_ALAE_MM: f64 = 8.0;
+/// And in front of the smoothed surface at the edge of the wing, mm; standard deviation 1.8. It counts
+/// alone where not both cheeks are measured, else by the inverse of the variances.
+const ALA_BEFORE_WING_MM: f64 = 1.5;
+const BY_CHEEK_WEIGHT: f64 = 0.7;
+/// The surface is smoothed across the lips: their corners lie so far behind it, the border of the
+/// lower lip so far in front, mm; standard deviations 0.4 and 1.0. Means over rendered heads.
+const MOUTH_CORNERS_BEHIND_MM: f64 = 0.5;
+const LOWER_LIP_BEFORE_MM: f64 = 0.9;
 
 /// A landmark in the frontal picture.
 struct Placed {
@@ -77,17 +90,11 @@ fn placed(name: &'static str, at: Vec2, sigma_mm: f64) -> Placed {
     Placed { name, at, raised_mm: 0.0, sigma_mm }
 }
 
-/// Attachments of the ears from the middle between the eyes, mm: to the side, up along the line from
-/// mouth to eyes, and forward. Means over rendered adult heads; standard deviations 4, 6 and 5.
-const EAR_UPPER_MM: [f64; 3] = [78.5, 11.0, -77.5];
-const EAR_LOWER_MM: [f64; 3] = [70.0, -40.5, -79.5];
-const EAR_SIGMA_MM: f64 = 5.0;
-
 /// The landmarks found in one frontal picture.
 pub(super) struct Face {
     placed: Vec<Placed>,
-    /// Middle between the eyes, and upward from the mouth to it; where both were found.
-    upright: Option<(Vec3, Vec3)>,
+    /// The upright face, where eyes and mouth were found.
+    pub upright: Option<Upright>,
     /// Number of parts (two eyes, mouth, nose) that were found and agree.
     pub parts: u32,
 }
@@ -96,25 +103,6 @@ impl Face {
     /// Whether every part was found.
     pub fn is_complete(&self) -> bool {
         self.parts == 4
-    }
-
-    /// Where the attachments of the ears are expected; camera frame.
-    pub fn expected_ears(&self, frame: &HeadFrame) -> Vec<MeasuredLandmark> {
-        let Some((centre, up)) = self.upright else { return Vec::new() };
-        let forward = Vec3::x().cross(&up);
-        let ears = [
-            ("ear_left_upper", -1.0, EAR_UPPER_MM),
-            ("ear_left_lower", -1.0, EAR_LOWER_MM),
-            ("ear_right_upper", 1.0, EAR_UPPER_MM),
-            ("ear_right_lower", 1.0, EAR_LOWER_MM),
-        ];
-        let position = |(name, side, [x, y, z]): (&str, f64, [f64; 3])| MeasuredLandmark {
-            name: name.to_owned(),
-            position: frame.to_camera(&(centre + side * x * Vec3::x() + y * up + z * forward)),
-            sigma_mm: EAR_SIGMA_MM,
-            source: LandmarkSource::Found,
-        };
-        ears.map(position).to_vec()
     }
 
     /// The landmarks on the measured surface, camera frame.
@@ -159,10 +147,14 @@ pub(super) fn find(picture: &FrontalPicture) -> Face {
     }
     if let Some(mouth) = &mouth {
         parts += 1;
-        list.push(placed("mouth_left", mouth.left, MOUTH_SIGMA_MM));
-        list.push(placed("mouth_right", mouth.right, MOUTH_SIGMA_MM));
-        list.push(placed("mouth_up", mouth.up, MOUTH_SIGMA_MM));
-        list.push(placed("mouth_down", mouth.down, MOUTH_SIGMA_MM));
+        for (name, at, raised_mm) in [
+            ("mouth_left", mouth.left, -MOUTH_CORNERS_BEHIND_MM),
+            ("mouth_right", mouth.right, -MOUTH_CORNERS_BEHIND_MM),
+            ("mouth_up", mouth.up, 0.0),
+            ("mouth_down", mouth.down, LOWER_LIP_BEFORE_MM),
+        ] {
+            list.push(Placed { name, at, raised_mm, sigma_mm: MOUTH_SIGMA_MM });
+        }
     }
     let upright = upright(picture, eyes.as_ref(), mouth.as_ref());
     place_midline(picture, &profile, nose.as_ref(), upright, mouth.as_ref(), &mut list);
@@ -203,20 +195,39 @@ fn corner(name: &'static str, at: Vec2, behind_mm: f64) -> Placed {
 
 fn place_nose(nose: &Nose, picture: &FrontalPicture, list: &mut Vec<Placed>) {
     list.push(placed("nose_tip", nose.tip, NOSE_SIGMA_MM));
-    // A position on a steep wing hardly determines the depth: that of both wings is the same.
+    let beyond = |p: Vec2, mm: f64| Vec2::new(p.x + mm.copysign(p.x), p.y);
     let alae = [("ala_left", nose.ala_left), ("ala_right", nose.ala_right)];
-    let found = alae.iter().filter_map(|(_, at)| *at);
-    let heights: Vec<f64> = found.map(|p| picture.height_at(p.x, p.y)).collect();
-    let mean = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
-    let beyond = |p: Vec2| Vec2::new(p.x + ALA_BEYOND_MM.copysign(p.x), p.y);
-    for (name, at) in alae {
-        list.extend(at.map(|at| Placed {
-            name,
-            at: beyond(at),
-            raised_mm: mean - picture.height_at(beyond(at).x, at.y) + ALA_BEFORE_MM,
-            sigma_mm: ALA_SIGMA_MM,
-        }));
-    }
+    let found: Vec<(&'static str, Vec2)> = alae
+        .into_iter()
+        .filter_map(|(name, at)| Some((name, beyond(at?, ALA_BEYOND_MM))))
+        .collect();
+    // the depth of both wings is the same
+    let depths: Vec<f64> = found
+        .iter()
+        .filter_map(|(_, at)| ala_depth(picture, *at, beyond(*at, CHEEK_OUTSIDE_MM)))
+        .collect();
+    let on_wing: f64 = found.iter().map(|(_, at)| picture.height_at(at.x, at.y)).sum();
+    let by_wing = on_wing / found.len().max(1) as f64 + ALA_BEFORE_WING_MM;
+    let depth = if depths.len() < 2 {
+        by_wing
+    } else {
+        let by_cheek = depths.iter().sum::<f64>() / depths.len() as f64;
+        by_wing + BY_CHEEK_WEIGHT * (by_cheek - by_wing)
+    };
+    list.extend(found.iter().map(|&(name, at)| Placed {
+        name,
+        at,
+        raised_mm: depth - picture.height_at(at.x, at.y),
+        sigma_mm: ALA_SIGMA_MM,
+    }));
+}
+
+/// The depth of an ala by the cheek beside it and the base of the nose, where both are measured.
+fn ala_depth(picture: &FrontalPicture, ala: Vec2, cheek: Vec2) -> Option<f64> {
+    let measured = |x: f64, y: f64| picture.measured_at(x, y).then(|| picture.height_at(x, y));
+    let base = measured(0.0, ala.y - BASE_BELOW_ALAE_MM)?;
+    let cheek = measured(cheek.x, cheek.y)?;
+    Some(CHEEK_WEIGHT * cheek + (1.0 - CHEEK_WEIGHT) * base + ALA_BEFORE_MM)
 }
 
 /// The middle between the eyes, and the direction upward from the mouth to it in the plane of
@@ -225,13 +236,14 @@ fn upright(
     picture: &FrontalPicture,
     eyes: Option<&[Eye; 2]>,
     mouth: Option<&Mouth>,
-) -> Option<(Vec3, Vec3)> {
+) -> Option<Upright> {
     let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
     let ([left, right], mouth) = (eyes?, mouth?);
     let eyes = [left.inner, left.outer, right.inner, right.outer].map(lifted);
     let centre = eyes.iter().sum::<Vec3>() / 4.0;
     let mouth = (lifted(mouth.left) + lifted(mouth.right)) / 2.0;
-    Some((centre, Vec3::new(0.0, centre.y - mouth.y, centre.z - mouth.z).normalize()))
+    let up = Vec3::new(0.0, centre.y - mouth.y, centre.z - mouth.z).normalize();
+    Some(Upright { centre, up })
 }
 
 /// Saddle, forehead and chin: by their heights relative to eyes and mouth, and by the profile. The
@@ -240,15 +252,15 @@ fn place_midline(
     picture: &FrontalPicture,
     profile: &Profile,
     nose: Option<&Nose>,
-    upright: Option<(Vec3, Vec3)>,
+    upright: Option<Upright>,
     mouth: Option<&Mouth>,
     list: &mut Vec<Placed>,
 ) {
     let lifted = |p: Vec2| Vec3::new(p.x, p.y, picture.height_at(p.x, p.y));
-    let up = upright.map_or(Vec3::y(), |u| u.1);
+    let up = upright.map_or(Vec3::y(), |u| u.up);
     let midline =
         |x: f64, from: Vec3, distance_mm: f64| on_surface_at(picture, x, from, up, distance_mm);
-    if let Some((centre, _)) = upright {
+    if let Some(Upright { centre, .. }) = upright {
         let x = 0.5 * centre.x;
         list.push(placed("nose_saddle", midline(x, centre, SADDLE_ABOVE_EYES_MM), SADDLE_SIGMA_MM));
         list.push(placed(

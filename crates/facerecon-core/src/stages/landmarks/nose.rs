@@ -25,7 +25,9 @@ const ALAE_ABOVE_BASE_MM: f64 = 9.6;
 const ALA_MM: (f64, f64) = (8.0, 28.0);
 /// Least slope of the wing of a nose.
 const MIN_WING_SLOPE: f64 = 0.7;
-/// Rows above and below over which it is averaged, mm.
+/// A place is steep where its slope is at least this share of the greatest of the wing.
+const EDGE_SHARE: f64 = 0.7;
+/// Rows above and below over which the height is averaged, mm.
 const WING_ROWS_MM: f64 = 1.5;
 /// Where the saddle (sellion) is looked for by shape, above the tip, mm; and its height above the
 /// deepest point of the chord from tip to glabella, standard deviation 2.0.
@@ -144,7 +146,8 @@ pub(super) fn find(picture: &FrontalPicture, profile: &Profile) -> Option<Nose> 
     })
 }
 
-/// The steepest place of a wing of the nose in a row, where it is steep enough.
+/// The edge of a wing of the nose in a row: the outermost steep place. Nearer to the midline the tip
+/// may be as steep.
 fn wing(picture: &FrontalPicture, y_mm: f64, side: f64) -> Option<Vec2> {
     let rows = (WING_ROWS_MM / PIXEL_MM) as i32;
     let steps = (ALA_MM.1 / PIXEL_MM) as usize + 12;
@@ -156,6 +159,10 @@ fn wing(picture: &FrontalPicture, y_mm: f64, side: f64) -> Option<Vec2> {
     let row = Gray::from_fn(steps, 1, |i, _| mean(i) as f32).blurred(SLOPE_SMOOTH_MM / PIXEL_MM);
     let slope = |i: usize| f64::from(row.at(i - 1, 0) - row.at(i + 1, 0)) / (2.0 * PIXEL_MM);
     let range = (ALA_MM.0 / PIXEL_MM) as usize..(ALA_MM.1 / PIXEL_MM) as usize;
-    let steepest = range.max_by(|&a, &b| slope(a).total_cmp(&slope(b)))?;
-    (slope(steepest) >= MIN_WING_SLOPE).then(|| Vec2::new(side * steepest as f64 * PIXEL_MM, y_mm))
+    let greatest = range.clone().map(slope).max_by(f64::total_cmp)?;
+    let least = MIN_WING_SLOPE.max(EDGE_SHARE * greatest);
+    let is_peak =
+        |i: &usize| slope(*i) >= least && slope(*i) >= slope(*i - 1) && slope(*i) >= slope(*i + 1);
+    let edge = range.rev().find(is_peak)?;
+    Some(Vec2::new(side * edge as f64 * PIXEL_MM, y_mm))
 }

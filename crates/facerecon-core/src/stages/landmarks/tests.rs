@@ -40,8 +40,12 @@ fn found_on(simulated: &Simulated) -> FoundLandmarks {
     let surface = surface_of(&simulated.truth.depth_mm, &rectification);
     let plain: [&Rgb; 2] =
         simulated.capture.plain.as_ref().map(|p| [&p[0].rgb, &p[1].rgb]).unwrap();
-    let input =
-        LandmarksInput { surface: &surface, plain: Some(plain), rectification: &rectification };
+    let input = LandmarksInput {
+        surface: &surface,
+        plain: Some(plain),
+        outlines: [None, None],
+        rectification: &rectification,
+    };
     find_landmarks(&input, &LandmarksParams::default(), &()).unwrap()
 }
 
@@ -85,8 +89,12 @@ fn a_plane_and_a_ball_have_no_face() {
     let ball: Vec<Vec3> = ball.iter().map(|p| p + Vec3::z() * 1000.0).collect();
     for (points, normals) in [(plane, toward_camera), (ball, outward)] {
         let surface = Cloud { points, normals, ..Cloud::default() };
-        let input =
-            LandmarksInput { surface: &surface, plain: None, rectification: &rectification };
+        let input = LandmarksInput {
+            surface: &surface,
+            plain: None,
+            outlines: [None, None],
+            rectification: &rectification,
+        };
         let warnings = WarningCollector::new(&());
         let found = find_landmarks(&input, &LandmarksParams::default(), &warnings).unwrap();
         assert!(found.landmarks.is_empty(), "{:?}", found.landmarks);
@@ -98,7 +106,12 @@ fn a_plane_and_a_ball_have_no_face() {
 fn nothing_is_looked_for_without_the_method() {
     let surface = Cloud::default();
     let rectification = Rectification::identity((64, 48));
-    let input = LandmarksInput { surface: &surface, plain: None, rectification: &rectification };
+    let input = LandmarksInput {
+        surface: &surface,
+        plain: None,
+        outlines: [None, None],
+        rectification: &rectification,
+    };
     let params = LandmarksParams { method: LandmarkMethod::None, ..LandmarksParams::default() };
     let warnings = WarningCollector::new(&());
     assert_eq!(find_landmarks(&input, &params, &warnings), Ok(FoundLandmarks::default()));

@@ -12,20 +12,22 @@ use crate::observer::{Cancelled, Event, Observer};
 const SOLVER_TOLERANCE: f64 = 0.02;
 /// Most steps of the linear solver.
 const MAX_SOLVER_STEPS: usize = 150;
-/// Longest step of a control value, pixels of disparity: the linearisation holds for a fraction of
-/// a dot.
-const MAX_STEP_PX: f64 = 1.0;
+/// Longest step of a control value, in pitches of disparity: the linearisation holds for a fraction
+/// of a dot.
+const MAX_STEP: f64 = 0.11;
 /// The descent ends when this share of the control values ...
 const CONVERGED_SHARE: f64 = 0.95;
-/// ... moves by less than this, pixels: a quarter of the median error (docs/accuracy.md).
-const CONVERGED_PX: f64 = 0.01;
+/// ... moves by less than this, in pitches: a quarter of the median error (docs/accuracy.md).
+const CONVERGED: f64 = 0.0011;
 
-/// Gauss-Newton steps until the spline converges, at most `max_steps`. Returns the last
+/// Gauss-Newton steps until the spline converges, at most `max_steps`. `pitch` is in working pixels.
+/// Returns the last
 /// linearisation.
 pub(super) fn descend(
     model: &PhotometricModel,
     spline: &mut Spline,
     stiffness: &Stiffness,
+    pitch: f64,
     max_steps: usize,
     observer: &dyn Observer,
 ) -> Result<Linearisation, Cancelled> {
@@ -41,12 +43,12 @@ pub(super) fn descend(
         equations.add_bending(spline, &stiffness.bending, &stiffness.weights(spline));
         let change = equations.solve(SOLVER_TOLERANCE, MAX_SOLVER_STEPS);
         for (c, d) in spline.control.iter_mut().zip(&change) {
-            *c += d.clamp(-MAX_STEP_PX, MAX_STEP_PX);
+            *c += d.clamp(-MAX_STEP * pitch, MAX_STEP * pitch);
         }
         let sizes: Vec<f64> = change.iter().map(|d| d.abs()).collect();
         current = model.linearise(spline);
         observer.event(&Event::Iteration { stage: "refine", step, error: current.misfit });
-        if percentile(&sizes, CONVERGED_SHARE).unwrap_or(0.0) < CONVERGED_PX {
+        if percentile(&sizes, CONVERGED_SHARE).unwrap_or(0.0) < CONVERGED * pitch {
             break;
         }
     }

@@ -10,7 +10,7 @@ pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync)
     let mut out = image.clone();
     out.data_mut().par_chunks_mut(image.width().max(1)).enumerate().for_each(|(y, row)| {
         for (x, out) in row.iter_mut().enumerate() {
-            let source = y as f64 + shift(x as f64, y as f64).clamp(-MAX_SHIFT_PX, MAX_SHIFT_PX);
+            let source = y as f64 + shift(x as f64, y as f64);
             let (base, t) = (source.floor(), (source - source.floor()) as f32);
             let v = |k: isize| image.clamped(x as isize, base as isize + k);
             *out = catmull_rom([v(-1), v(0), v(1), v(2)], t);
@@ -18,9 +18,6 @@ pub(super) fn shifted_down(image: &Gray, shift: impl Fn(f64, f64) -> f64 + Sync)
     });
     out
 }
-
-/// Largest vertical shift, pixels: rectified rows differ by less, so a larger one is a wrong fit.
-const MAX_SHIFT_PX: f64 = 4.0;
 
 /// Pixels from which the first coefficient of a row is computed. The pole is about -0.27, so the
 /// rest is below the precision of `f64`.

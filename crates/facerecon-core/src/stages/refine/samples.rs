@@ -16,8 +16,9 @@ const TOLERANCE_SCALES: f64 = 2.5;
 /// Smallest tolerance of that comparison, in pitches. A match with a neighbouring dot is wrong by
 /// one pitch, the detail of a face between dots by much less than this.
 const MIN_TOLERANCE: f64 = 0.1;
-/// Smallest scale of the residuals of a local plane, pixels of disparity.
-const MIN_PLANE_SCALE_PX: f64 = 0.1;
+/// Smallest scale of the residuals of a local plane, in pitches of disparity: the error of a
+/// detected dot.
+const MIN_PLANE_SCALE: f64 = 0.011;
 /// Squared width of the Gaussian weights of a local plane, as a share of its radius squared.
 const WEIGHT_WIDTH: f64 = 0.3;
 
@@ -56,15 +57,16 @@ fn positions(samples: &[Sample]) -> Vec<Vec2> {
     samples.iter().map(|s| Vec2::new(s.x, s.y)).collect()
 }
 
-/// Disparity at a position on the plane of the samples within `radius`, without sample `skip`, and
-/// the scale of that plane's residuals. `None` with fewer than four samples.
+/// Disparity at a position on the plane of the samples within `radius` pitches, without sample
+/// `skip`, and the scale of that plane's residuals. `None` with fewer than four samples.
 pub(super) fn local_plane(
     samples: &[Sample],
     index: &PointIndex<2>,
     position: [f64; 2],
-    radius: f64,
+    (radius, pitch): (f64, f64),
     skip: Option<usize>,
 ) -> Option<(f64, f64)> {
+    let radius = radius * pitch;
     let near = index.within(&position, radius);
     let points: Vec<[f64; 4]> = near
         .iter()
@@ -75,7 +77,7 @@ pub(super) fn local_plane(
             [s.x - position[0], s.y - position[1], s.disparity, weight]
         })
         .collect();
-    robust_plane(&points, MIN_PLANE_SCALE_PX).map(|(plane, scale)| (plane[0], scale))
+    robust_plane(&points, MIN_PLANE_SCALE * pitch).map(|(plane, scale)| (plane[0], scale))
 }
 
 /// For each sample whether it agrees with the plane of its neighbours; isolated ones do not.
@@ -84,7 +86,7 @@ pub(super) fn agree_with_neighbours(samples: &[Sample], pitch: f64) -> Vec<bool>
         return vec![false; samples.len()];
     };
     let agrees = |(i, s): (usize, &Sample)| {
-        local_plane(samples, &index, [s.x, s.y], NEIGHBOUR_RADIUS * pitch, Some(i)).is_some_and(
+        local_plane(samples, &index, [s.x, s.y], (NEIGHBOUR_RADIUS, pitch), Some(i)).is_some_and(
             |(d, scale)| {
                 let tolerance = (TOLERANCE_SCALES * scale).max(MIN_TOLERANCE * pitch);
                 (s.disparity - d).abs() < tolerance

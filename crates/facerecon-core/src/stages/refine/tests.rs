@@ -215,9 +215,8 @@ fn an_observer_can_cancel_the_descent() {
 }
 
 #[test]
-fn the_earlier_name_of_a_parameter_is_read() {
-    let mut table = toml::Table::new();
-    crate::settings::set::<RefineParams>(&mut table, "lone_sigma_px", "0.2").unwrap();
-    let params: RefineParams = crate::settings::from_table(table).unwrap();
-    assert_eq!(params.unmatched_sigma_px, 0.2);
+fn the_largest_sigma_scales_with_the_pitch() {
+    let sigma_px = |pitch| limits(&RefineParams::default(), pitch, 8.0).sigma_px;
+    assert!((sigma_px(18.0) - 2.0 * sigma_px(9.0)).abs() < 1e-12);
+    assert!((sigma_px(9.0) - 0.6).abs() < 0.01, "{}", sigma_px(9.0));
 }

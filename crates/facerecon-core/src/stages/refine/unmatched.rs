@@ -12,9 +12,9 @@ const SAME_DOT_RADIUS: f64 = 0.4;
 /// Most fixed-point steps from a right position to the left one. Each shrinks the error by the
 /// disparity's slope, which is well below 1.
 const MAX_STEPS: usize = 12;
-/// Fixed-point steps shorter than this are the end, pixels: less than half of the best matches'
-/// error.
-const CONVERGED_PX: f64 = 0.02;
+/// Fixed-point steps shorter than this are the end, in pitches: less than half of the best
+/// matches' error.
+const CONVERGED: f64 = 0.002;
 
 /// Adds a match for every dot without one where the surface is measured to a standard deviation of
 /// at most `max_sigma_px`. `dots` are the detected dots of the left and of the right photo, in
@@ -98,7 +98,7 @@ fn left_position(refined: &Refined, right: Vec2, disparity: f64) -> Option<Vec2>
         let next = right + Vec2::new(refined.measured_at(left)?.0, 0.0);
         let step = (next.x - left.x).abs();
         left = next;
-        if step < CONVERGED_PX {
+        if step < CONVERGED * refined.pitch_px {
             return Some(left);
         }
     }

@@ -11,8 +11,9 @@ use crate::data::Gray;
 const WEIGHT_SIGMA: f64 = 0.6;
 /// Most Gauss-Newton steps.
 const MAX_STEPS: usize = 12;
-/// Longest step of the disparity, pixels: the linearisation holds for about a pixel.
-const MAX_STEP_PX: f64 = 1.0;
+/// Longest step of the disparity, as a share of the window's half width: the linearisation holds
+/// for a fraction of a dot.
+const MAX_STEP: f64 = 0.13;
 /// Longest step of the disparity's slopes, pixels per pixel.
 const MAX_SLOPE_STEP: f64 = 0.3;
 /// Steps of the disparity shorter than this end the fit, pixels: a tenth of its noise or less.
@@ -58,12 +59,13 @@ fn match_window(
     }
     // disparity, its slopes across and down, gain and offset of the right window
     let mut p = SVector::<f64, 5>::new(sample.disparity, 0.0, 0.0, 1.0, 0.0);
+    let max_step = MAX_STEP * half_width;
     for _ in 0..MAX_STEPS {
         let sums = Sums::new(left, right, sample, half_width, &p)?;
         let inverse = sums.normal.cholesky()?.inverse();
         let step = inverse * sums.right_side;
         p += SVector::<f64, 5>::new(
-            step[0].clamp(-MAX_STEP_PX, MAX_STEP_PX),
+            step[0].clamp(-max_step, max_step),
             step[1].clamp(-MAX_SLOPE_STEP, MAX_SLOPE_STEP),
             step[2].clamp(-MAX_SLOPE_STEP, MAX_SLOPE_STEP),
             step[3],

@@ -82,12 +82,13 @@ fn axis(name: &str) -> Option<Vec3> {
     Some(axis * sign)
 }
 
-/// The text of a sidecar, in millimetres and the model frame.
-pub fn landmarks_toml(name: &str, landmarks: &Landmarks) -> String {
+/// The text of a sidecar of a mesh in millimetres, whose axes `[up, front]` are such as `["y", "z"]`
+/// (the model frame) or `["-y", "-z"]` (the camera frame).
+pub fn landmarks_toml(name: &str, landmarks: &Landmarks, [up, front]: [&str; 2]) -> String {
     let mut out = format!(
         "# Landmarks of the mesh of the same name: vertex indices, counted from 0.\n\
          # left and right as seen by someone who faces the head.\n\
-         name = {}\nunit = \"mm\"\nup = \"y\"\nfront = \"z\"\n\n[landmarks]\n",
+         name = {}\nunit = \"mm\"\nup = \"{up}\"\nfront = \"{front}\"\n\n[landmarks]\n",
         toml::Value::from(name)
     );
     let known = LANDMARKS.iter().filter_map(|f| landmarks.get(*f).map(|i| (f, i)));
@@ -95,12 +96,12 @@ pub fn landmarks_toml(name: &str, landmarks: &Landmarks) -> String {
     out
 }
 
-/// Writes the sidecar of a mesh file in millimetres, completely or not at all; returns its path.
+/// Writes the sidecar of a mesh file in millimetres and the model frame, completely or not at all; returns its path.
 ///
 /// # Errors
 /// [`IoError::Write`] if the file cannot be written.
 pub fn write_landmarks(mesh: &Path, name: &str, landmarks: &Landmarks) -> Result<PathBuf, IoError> {
     let path = sidecar_path(mesh);
-    atomic::write(&path, landmarks_toml(name, landmarks).as_bytes())?;
+    atomic::write(&path, landmarks_toml(name, landmarks, ["y", "z"]).as_bytes())?;
     Ok(path)
 }

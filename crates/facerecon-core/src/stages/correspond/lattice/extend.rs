@@ -22,6 +22,9 @@ const DISSIMILARITY_WEIGHT: f64 = 4.0;
 /// Bonus of a candidate with the most common shift of its component. A dot beside a depth
 /// discontinuity may fit the surface on either side, but its whole column fits only one.
 const COMMON_SHIFT_BONUS: f64 = 3.0;
+/// A piece of unmatched lattice is that of a wall when it has this many times the fewest dots of a
+/// component. Smaller ones are parts of the subject (beside the nose, at an ear).
+const LARGE_PIECE: usize = 5;
 /// Score of a match added here: its shift was not decided by the cues.
 const SCORE: f64 = 0.5;
 
@@ -51,8 +54,9 @@ pub(super) fn extend(
         matched[0][m.left] = true;
         matched[1][m.right] = true;
     }
-    let in_piece =
-        [0, 1].map(|s| in_unmatched_piece(&evidence.graphs[s], &matched[s], params.min_component));
+    let in_piece = [0, 1].map(|s| {
+        in_unmatched_piece(&evidence.graphs[s], &matched[s], LARGE_PIECE * params.min_component)
+    });
     // as seen in both photos: in one, labels may join the subject's border to the wall
     let is_ambiguous = |left: usize, right: usize| in_piece[0][left] && in_piece[1][right];
     let mut left_out = vec![false; evidence.dots[0].len()];

@@ -7,9 +7,9 @@ settings! {
     pub struct LatticeParams {
         /// Largest distance of a dot from the position its lattice neighbours predict, in spacings.
         max_link_error: f64 = 0.3, range 0.05..=0.5;
-        /// Greatest row difference of a match after offset and tilt of the rows are removed; never
-        /// less than 0.08 spacings.
-        row_tolerance_px: f64 = 0.6, range 0.05..=20.0, unit "px";
+        /// Greatest row difference of a match after offset and tilt of the rows are removed, in
+        /// spacings; never less than 0.4 px.
+        row_tolerance: f64 = 0.08, range 0.005..=0.5;
         /// Least ratio of the costs of the second-best and the best shift of the lattice for the
         /// shift to count as known.
         min_confidence: f64 = 1.3, range 1.0..=100.0;

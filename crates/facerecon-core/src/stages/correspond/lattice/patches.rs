@@ -10,11 +10,12 @@ const SIDE: usize = 6;
 /// Length of a patch's side, in spacings: reaches to the next dots, so that patches of neighbours
 /// differ.
 const EXTENT: f64 = 1.2;
-/// Blur of the photos at half size before sampling, pixels (standard deviation).
-const BLUR_PX: f64 = 1.0;
-/// Displacements along the row at which a right patch is sampled, pixels at half size: the subject
-/// may have moved between dotted and plain pair.
-const DISPLACEMENTS_PX: [f64; 3] = [-1.0, 0.0, 1.0];
+/// Blur of the photos before sampling, in spacings (standard deviation): about the distance of the
+/// samples.
+const BLUR: f64 = 0.22;
+/// Displacements along the row at which a right patch is sampled, in spacings: the subject may have
+/// moved between dotted and plain pair.
+const DISPLACEMENTS: [f64; 3] = [-0.22, 0.0, 0.22];
 /// Least contrast of a patch (standard deviation), grey levels; below it there is only noise.
 const MIN_CONTRAST: f32 = 0.2;
 /// Contrast beyond which a patch has no more weight, grey levels.
@@ -33,18 +34,20 @@ struct Patch {
 /// The surroundings of every dot in the plain pair, at half size.
 pub(super) struct PlainPatches {
     left: Vec<Option<Patch>>,
-    /// One for each of [`DISPLACEMENTS_PX`].
+    /// One for each of [`DISPLACEMENTS`].
     right: Vec<[Option<Patch>; 3]>,
 }
 
 impl PlainPatches {
     /// Samples the rectified plain pair around the dots.
     pub(super) fn new(images: [&Gray; 2], dots: [&[Dot]; 2], spacing_px: f64) -> Self {
-        let [left, right] = images.map(|i| i.halved().blurred(BLUR_PX));
-        let step = spacing_px / 2.0 / SIDE as f64 * EXTENT;
+        let half_spacing = spacing_px / 2.0;
+        let [left, right] = images.map(|i| i.halved().blurred(BLUR * half_spacing));
+        let step = half_spacing / SIDE as f64 * EXTENT;
         let at_half_size = |dot: &Dot| (dot.position - Vec2::new(0.5, 0.5)) / 2.0;
         let displaced = |dot: &Dot| {
-            DISPLACEMENTS_PX.map(|d| patch(&right, at_half_size(dot) + Vec2::new(d, 0.0), step))
+            DISPLACEMENTS
+                .map(|d| patch(&right, at_half_size(dot) + Vec2::new(d * half_spacing, 0.0), step))
         };
         Self {
             left: dots[0].par_iter().map(|d| patch(&left, at_half_size(d), step)).collect(),

@@ -50,7 +50,7 @@ pub(super) fn proposals(
 
 fn fit_rows(evidence: &Evidence<'_>, pairs: &[DotPair]) -> RowOffset {
     let samples: Vec<(Vec2, f64)> = pairs.iter().map(|p| evidence.row_difference(p)).collect();
-    RowOffset::fit(&samples, evidence.tolerance_px)
+    RowOffset::fit(&samples, evidence.tolerance_px, evidence.spacing_px)
 }
 
 /// Sum over pairs of how well they are on one row and look similar, 0 to 1 each.

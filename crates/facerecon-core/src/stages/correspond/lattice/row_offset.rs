@@ -6,9 +6,9 @@ use crate::math::{Mat3, Vec2, Vec3, median};
 const ROUNDS: usize = 4;
 /// Residual from which a sample has no weight (Tukey), in tolerances.
 const CUTOFF: f64 = 3.0;
-/// Damping of the slopes, squared pixels: a few dots close together must not tilt the rows. Counts
-/// like two dots 100 px from the centre.
-const SLOPE_DAMPING: f64 = 2e4;
+/// Damping of the slopes, squared spacings: a few dots close together must not tilt the rows. Counts
+/// like two dots 11 spacings from the centre.
+const SLOPE_DAMPING: f64 = 242.0;
 /// Damping of the offset, in dots: only keeps the system solvable.
 const OFFSET_DAMPING: f64 = 1e-9;
 
@@ -34,8 +34,9 @@ impl RowOffset {
     }
 
     /// Fits `(left position, row difference)` robustly: iteratively reweighted least squares, with
-    /// Tukey weights of scale `tolerance` (pixels), from the median.
-    pub(super) fn fit(samples: &[(Vec2, f64)], tolerance: f64) -> Self {
+    /// Tukey weights of scale `tolerance` (pixels), from the median. `spacing` is that of the dots, pixels.
+    pub(super) fn fit(samples: &[(Vec2, f64)], tolerance: f64, spacing: f64) -> Self {
+        let slope_damping = SLOPE_DAMPING * spacing * spacing;
         let differences: Vec<f64> = samples.iter().map(|s| s.1).collect();
         let n = samples.len().max(1) as f64;
         let centre = samples.iter().map(|s| s.0).sum::<Vec2>() / n;
@@ -52,7 +53,7 @@ impl RowOffset {
                     right += weight * j * *dy;
                 }
             }
-            for (i, damping) in [(0, OFFSET_DAMPING), (1, SLOPE_DAMPING), (2, SLOPE_DAMPING)] {
+            for (i, damping) in [(0, OFFSET_DAMPING), (1, slope_damping), (2, slope_damping)] {
                 normal[(i, i)] += damping;
             }
             let Some(solved) = normal.try_inverse().map(|inverse| inverse * right) else {
@@ -78,10 +79,10 @@ mod tests {
                 (p, truth(&p) + if i % 5 == 0 { 9.0 } else { 0.0 })
             })
             .collect();
-        let found = RowOffset::fit(&samples, 0.6);
+        let found = RowOffset::fit(&samples, 0.6, 9.0);
         for (p, _) in &samples {
             assert!((found.at(p) - truth(p)).abs() < 0.02, "{p}");
         }
-        assert_eq!(RowOffset::fit(&[], 0.6), RowOffset::zero());
+        assert_eq!(RowOffset::fit(&[], 0.6, 9.0), RowOffset::zero());
     }
 }
