@@ -88,11 +88,10 @@ pub(super) fn check(args: &CaptureArgs, terminal: &Terminal) -> Result<(), Failu
     for finding in &report.findings {
         match finding.verdict {
             Verdict::Good => terminal.result(&format!("good: {}", finding.message)),
-            Verdict::Warning => terminal
-                .result(&format!("WARNING: {}\n      -> {}", finding.message, finding.advice)),
-            Verdict::Fault => {
-                terminal
-                    .result(&format!("FAULT: {}\n      -> {}", finding.message, finding.advice));
+            Verdict::Warning | Verdict::Fault => {
+                let kind = if finding.verdict == Verdict::Fault { "FAULT" } else { "WARNING" };
+                let text = format!("{kind}: {}\n      -> {}", finding.message, finding.advice);
+                terminal.result(&text);
             }
             Verdict::Unknown => terminal.result(&format!("unknown: {}", finding.message)),
         }

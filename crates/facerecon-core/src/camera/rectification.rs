@@ -135,6 +135,11 @@ impl RectifiedRig {
         Some(self.camera_from_rectified * Vec3::new(x, y, z))
     }
 
+    /// Centres of the left and the right camera, left camera's frame, mm.
+    pub fn camera_centres(&self) -> [Vec3; 2] {
+        [Vec3::zeros(), self.camera_from_rectified * Vec3::new(self.baseline_mm, 0.0, 0.0)]
+    }
+
     /// Rectified left and right pixels of a point of the left camera's frame; `None` behind it.
     pub fn pixels(&self, point: &Vec3) -> Option<(Vec2, Vec2)> {
         let p = self.camera_from_rectified.transpose() * point;

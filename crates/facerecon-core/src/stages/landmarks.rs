@@ -29,9 +29,9 @@ use crate::math::Vec3;
 use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value, choices, settings};
 
-use ears::Upright;
 use frontal::FrontalPicture;
 use head_frame::HeadFrame;
+use layout::Face;
 use surface_points::SurfacePoints;
 
 choices! {
@@ -127,7 +127,7 @@ pub fn find_landmarks(
         return Ok(FoundLandmarks::default());
     }
     let surface = SurfacePoints::new(input.surface);
-    let mut best: Option<(f64, FoundLandmarks, Option<Upright>, HeadFrame)> = None;
+    let mut best: Option<(f64, Face, FrontalPicture, HeadFrame)> = None;
     for tip in nose_tip::candidates(&surface, params.candidates) {
         observer.check()?;
         let Some(frame) = HeadFrame::about(&tip, &surface) else { continue };
@@ -139,19 +139,17 @@ pub fn find_landmarks(
         let score = f64::from(face.parts) + frame.symmetry;
         let complete = face.is_complete();
         if best.as_ref().is_none_or(|b| score > b.0) {
-            let landmarks = face.lifted(&picture, &frame);
-            let found =
-                FoundLandmarks { landmarks, expected: Vec::new(), symmetry: frame.symmetry };
-            best = Some((score, found, face.upright, frame));
+            best = Some((score, face, picture, frame));
         }
         if complete {
             break;
         }
     }
     let mut found = FoundLandmarks::default();
-    if let Some((_, face, upright, frame)) = best {
-        found = face;
-        if let Some(upright) = upright {
+    if let Some((_, face, picture, frame)) = best {
+        found.symmetry = frame.symmetry;
+        found.landmarks = face.lifted(&picture, &frame);
+        if let Some(upright) = face.upright {
             found.landmarks.extend(ears::find(input, upright, &frame));
             found.expected = ears::expected(upright, &frame);
             found.expected.retain(|e| found.landmarks.iter().all(|l| l.name != e.name));

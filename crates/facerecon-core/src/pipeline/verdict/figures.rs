@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::norms::NORMS;
+use super::norms::{NORMS, Norm};
 use super::outcome::VerdictFigures;
 use crate::data::LANDMARKS;
 use crate::math::{Vec3, median};
@@ -33,25 +33,26 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
     let landmarks = found.face_landmarks();
     let count = |status| landmarks.iter().filter(|l| l.status == status).count();
     let scores: Vec<f64> = found.matches.iter().map(|m| m.score).collect();
+    let distances = measured_distances(found);
+    let offsets = measured_offsets(found, &landmarks);
     let mut figures = VerdictFigures {
         landmarks_found: count(LandmarkStatus::Found),
         landmarks_marked: count(LandmarkStatus::Marked),
-        proportions_sd: proportions(found),
-        size_sd: size(found),
+        proportions_sd: distances.iter().map(|(n, mm)| (n.name, n.excess(*mm))).collect(),
+        size_sd: size(&distances),
         matched_share: Some(
             found.matches.len() as f64 / found.dots[0].min(found.dots[1]).max(1) as f64,
         ),
-        landmarks_off_mm: landmarks_off(found, &landmarks),
+        landmark_offset_mm: median(&offsets.iter().map(|o| o.1).collect::<Vec<_>>()),
+        landmarks_off_mm: offsets
+            .iter()
+            .filter(|(l, distance)| is_off(l, *distance))
+            .map(|(l, distance)| (l.term.name, *distance))
+            .collect(),
         match_score: median(&scores),
         row_offset_px: found.rows.offset_px,
         ..VerdictFigures::default()
     };
-    let offsets: Vec<f64> = landmarks
-        .iter()
-        .filter(|l| l.status.is_measured())
-        .filter_map(|l| Some((found.mesh.vertices.get(l.vertex?)? - l.in_model).norm()))
-        .collect();
-    figures.landmark_offset_mm = median(&offsets);
     if let Some(pose) = &found.registration {
         let camera_from_model = found.model_from_camera.inverse();
         // camera axes: y down, z away from the camera
@@ -66,10 +67,11 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
         figures.registration_share = Some(pose.inliers.len() as f64 / matches as f64);
     }
     if let Some(face) = FaceFrame::new(found) {
-        figures.measured_share = face.measured_share(found);
+        let triangles = face.triangles(found);
+        figures.measured_share = FaceFrame::measured_share(&triangles);
         figures.nose_protrusion_mm = face.nose_protrusion();
         figures.nose_relief = figures.nose_protrusion_mm.map(|mm| mm / face.biocular_width());
-        figures.measured_region = face.measured_regions(found);
+        figures.measured_region = face.measured_regions(&triangles);
         if let Some(surface) = SurfaceIndex::new(&found.mesh) {
             figures.asymmetry_mm = face.asymmetry(found, &surface);
             figures.residual_mm = face.residuals(found, &surface);
@@ -78,38 +80,46 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
     figures
 }
 
-/// Deviations of the distances from the norms.
-fn proportions(found: &Reconstruction) -> BTreeMap<&'static str, f64> {
+/// The measured distances that have a norm, mm.
+fn measured_distances(found: &Reconstruction) -> Vec<(&'static Norm, f64)> {
     let distances = found.face_distances();
-    let of_norm = |norm: &super::norms::Norm| {
+    let of_norm = |norm: &'static Norm| {
         let distance = distances.iter().find(|d| d.is_measured && d.term.name == norm.name)?;
-        Some((norm.name, norm.excess(distance.value_mm)))
+        Some((norm, distance.value_mm))
     };
     NORMS.iter().filter_map(of_norm).collect()
 }
 
 /// Mean deviation of the measured distances from those of adults, standard deviations.
-fn size(found: &Reconstruction) -> Option<f64> {
-    let distances = found.face_distances();
-    let of_norm = |norm: &super::norms::Norm| {
-        let distance = distances.iter().find(|d| d.is_measured && d.term.name == norm.name)?;
-        Some((distance.value_mm - norm.adult_mm) / norm.adult_sd_mm)
-    };
-    let all: Vec<f64> = NORMS.iter().filter_map(of_norm).collect();
-    (all.len() >= MIN_DISTANCES).then(|| all.iter().sum::<f64>() / all.len() as f64)
+fn size(distances: &[(&Norm, f64)]) -> Option<f64> {
+    let deviations = distances.iter().map(|(norm, mm)| (mm - norm.adult_mm) / norm.adult_sd_mm);
+    (distances.len() >= MIN_DISTANCES).then(|| deviations.sum::<f64>() / distances.len() as f64)
 }
 
-/// Measured landmarks whose vertices lie far from them.
-fn landmarks_off(
+/// The measured landmarks with the distances of their vertices from them.
+fn measured_offsets<'a>(
     found: &Reconstruction,
-    landmarks: &[FaceLandmark],
-) -> BTreeMap<&'static str, f64> {
-    let off = |l: &FaceLandmark| {
-        let distance = (found.mesh.vertices.get(l.vertex?)? - l.in_model).norm();
-        let limit = LANDMARK_OFF_MM.max(LANDMARK_OFF_SIGMAS * l.sigma);
-        (l.status.is_measured() && distance > limit).then_some((l.term.name, distance))
+    landmarks: &'a [FaceLandmark],
+) -> Vec<(&'a FaceLandmark, f64)> {
+    let offset = |l: &'a FaceLandmark| {
+        let vertex = found.mesh.vertices.get(l.vertex?)?;
+        l.status.is_measured().then(|| (l, (vertex - l.in_model).norm()))
     };
-    landmarks.iter().filter_map(off).collect()
+    landmarks.iter().filter_map(offset).collect()
+}
+
+/// Whether the mesh does not follow a landmark whose vertex is this far from it.
+fn is_off(landmark: &FaceLandmark, distance: f64) -> bool {
+    distance > LANDMARK_OFF_MM.max(LANDMARK_OFF_SIGMAS * landmark.sigma)
+}
+
+/// A triangle of the face.
+struct FaceTriangle {
+    /// Model frame.
+    middle: Vec3,
+    /// Twice its area, and as much of it as its corners were measured, mm^2.
+    area: f64,
+    measured_area: f64,
 }
 
 /// The landmarks' vertices on the mesh, model frame.
@@ -138,47 +148,39 @@ impl FaceFrame {
         p.z > front && p.y > self.at("chin").y && p.y < self.at("forehead").y
     }
 
-    fn measured_share(&self, found: &Reconstruction) -> Option<f64> {
-        let mesh = &found.mesh;
-        if !mesh.has_uncertainty() {
-            return None;
-        }
-        let (mut all, mut measured) = (0.0, 0.0);
-        for face in &mesh.faces {
-            let corners = face.map(|i| mesh.vertices[i as usize]);
-            if !self.contains(&((corners[0] + corners[1] + corners[2]) / 3.0)) {
-                continue;
-            }
-            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
-            let known = face.iter().filter(|i| mesh.measured[**i as usize]).count();
-            all += area;
-            measured += area * known as f64 / 3.0;
-        }
+    fn measured_share(triangles: &[FaceTriangle]) -> Option<f64> {
+        let all: f64 = triangles.iter().map(|t| t.area).sum();
+        let measured: f64 = triangles.iter().map(|t| t.measured_area).sum();
         (all > 0.0).then(|| measured / all)
     }
 
     /// Share of the area that was measured, by region.
-    fn measured_regions(&self, found: &Reconstruction) -> BTreeMap<&'static str, f64> {
-        let mesh = &found.mesh;
+    fn measured_regions(&self, triangles: &[FaceTriangle]) -> BTreeMap<&'static str, f64> {
         let mut areas: BTreeMap<&'static str, [f64; 2]> = BTreeMap::new();
-        if !mesh.has_uncertainty() {
-            return BTreeMap::new();
-        }
-        for face in &mesh.faces {
-            let corners = face.map(|i| mesh.vertices[i as usize]);
-            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-            if !self.contains(&middle) {
-                continue;
-            }
-            let Some(region) = self.region(&middle, REGION_CORE_MM) else { continue };
-            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
-            let known = face.iter().filter(|i| mesh.measured[**i as usize]).count();
+        for triangle in triangles {
+            let Some(region) = self.region(&triangle.middle, REGION_CORE_MM) else { continue };
             let sums = areas.entry(region).or_default();
-            sums[0] += area * known as f64 / 3.0;
-            sums[1] += area;
+            sums[0] += triangle.measured_area;
+            sums[1] += triangle.area;
         }
         let shares = areas.into_iter().filter(|(_, [_, all])| *all > 0.0);
         shares.map(|(region, [known, all])| (region, known / all)).collect()
+    }
+
+    /// The triangles of the face; none where nothing is known about the mesh's uncertainty.
+    fn triangles(&self, found: &Reconstruction) -> Vec<FaceTriangle> {
+        let mesh = &found.mesh;
+        if !mesh.has_uncertainty() {
+            return Vec::new();
+        }
+        let triangle = |face: &[u32; 3]| {
+            let corners = face.map(|i| mesh.vertices[i as usize]);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+            let known = face.iter().filter(|i| mesh.measured[**i as usize]).count();
+            FaceTriangle { middle, area, measured_area: area * known as f64 / 3.0 }
+        };
+        mesh.faces.iter().map(triangle).filter(|t| self.contains(&t.middle)).collect()
     }
 
     fn biocular_width(&self) -> f64 {

@@ -10,7 +10,8 @@ pub(super) struct Limits {
 pub(super) const MEASURED_SHARE: Limits = Limits { usable: 0.70, doubtful: 0.45 };
 /// Distance of the points from the mesh, mm: below 0.1 where the fit follows the points.
 pub(super) const RESIDUAL_MM: Limits = Limits { usable: 0.8, doubtful: 2.0 };
-/// Landmarks that were found or marked, of 18: 14 on faces, 4 or 5 on a face that is upside down.
+/// Landmarks that were found or marked, of 18: 14 to 18 on faces (fewer without ears in sight), 4 or 5
+/// on a face that is upside down.
 pub(super) const LANDMARKS_MEASURED: Limits = Limits { usable: 11.5, doubtful: 8.5 };
 /// Distance of measured landmarks from their vertices, mm.
 pub(super) const LANDMARK_OFFSET_MM: Limits = Limits { usable: 3.0, doubtful: 6.0 };

@@ -48,7 +48,7 @@ pub(super) fn agreement(dotted: &Gray, plain: &Gray, spacing_px: f64) -> Option<
     }
     let factor = ((spacing_px / PIXELS_PER_SPACING).round() as usize).max(1);
     let sigma = spacing_px / factor as f64;
-    let reduced = |image: &Gray| image_reduced(image, factor).blurred(sigma);
+    let reduced = |image: &Gray| image.block_means(factor).blurred(sigma);
     let (a, b) = (reduced(dotted), reduced(plain));
     let levels: Vec<f64> = a.data().iter().map(|v| f64::from(*v)).collect();
     let lit = (LIT_FRACTION * percentile(&levels, LIT_PERCENTILE)?) as f32;
@@ -112,14 +112,4 @@ fn height(image: &Gray, dot: &Dot, spacing_px: f64) -> f64 {
         }
     }
     middle - median(&ring).unwrap_or(middle)
-}
-
-/// An image of `factor` times fewer pixels along each side: means of blocks.
-fn image_reduced(image: &Gray, factor: usize) -> Gray {
-    let (width, height) = (image.width() / factor, image.height() / factor);
-    let share = 1.0 / (factor * factor) as f32;
-    Gray::par_from_fn(width, height, |x, y| {
-        let rows = (0..factor).map(|dy| &image.row(y * factor + dy)[x * factor..(x + 1) * factor]);
-        share * rows.flatten().sum::<f32>()
-    })
 }

@@ -3,7 +3,7 @@
 
 use super::LandmarksInput;
 use super::ear_outline::{Corner, EarOutline, GRID_DEPTH_MM};
-use super::frontal::linear_sample;
+use super::frontal::{DARK, linear_sample};
 use super::head_frame::HeadFrame;
 use crate::camera::RectifiedRig;
 use crate::data::{LandmarkSource, MeasuredLandmark};
@@ -63,8 +63,6 @@ const EAR_HUE: f64 = 0.35;
 const CHEEK_SIDE_MM: [f64; 3] = [45.0, 50.0, 55.0];
 const CHEEK_UP_MM: [f64; 3] = [-30.0, -20.0, -10.0];
 const CHEEK_FORWARD_MM: f64 = -40.0;
-/// Added to the linear brightness before logarithms are taken.
-const DARK: f64 = 0.004;
 
 /// The middle between the eyes, and the directions of the upright face; head's frame.
 #[derive(Clone, Copy, Debug)]
@@ -174,8 +172,7 @@ impl Ear {
         frame: &HeadFrame,
         side: f64,
     ) -> Option<Self> {
-        let right_centre = rig.camera_from_rectified * Vec3::new(rig.baseline_mm, 0.0, 0.0);
-        let cameras = [Vec3::zeros(), right_centre].map(|c| upright.place(frame, side, &c));
+        let cameras = rig.camera_centres().map(|c| upright.place(frame, side, &c));
         // The camera on the side of the ear: the cheek hides the ear from the other one first.
         let near = usize::from(cameras[1][0] > cameras[0][0]);
         let views = [&input.rectification.left, &input.rectification.right];

@@ -30,7 +30,7 @@ const MEASURED_WEIGHT: f32 = 0.03;
 /// Smoothing of the colours, mm: noise of the photos, not the lids.
 const COLOR_SMOOTH_MM: f64 = 0.75;
 /// Added to the linear brightness (0 to 1) before ratios are taken: the darkest colours have no hue.
-const DARK: f64 = 0.004;
+pub(super) const DARK: f64 = 0.004;
 /// Fewest measured pixels of a picture, a square of 30 mm.
 const MIN_MEASURED: usize = 3600;
 
@@ -164,8 +164,7 @@ fn colors(
 ) -> Option<Colors> {
     let rig = input.rectification.rig.as_ref()?;
     let views = [&input.rectification.left, &input.rectification.right];
-    let right_centre = rig.camera_from_rectified * Vec3::new(rig.baseline_mm, 0.0, 0.0);
-    let centres = [Vec3::zeros(), right_centre].map(|c| frame.place(&c));
+    let centres = rig.camera_centres().map(|c| frame.place(&c));
     let (width, rows) = height.size();
     let linear = linear_table();
     let sampled = Raster::par_from_fn(width, rows, |u, v| {

@@ -21,8 +21,7 @@ const CONVERGED_SHARE: f64 = 0.95;
 const CONVERGED: f64 = 0.0011;
 
 /// Gauss-Newton steps until the spline converges, at most `max_steps`. `pitch` is in working pixels.
-/// Returns the last
-/// linearisation.
+/// Returns the last linearisation.
 pub(super) fn descend(
     model: &PhotometricModel,
     spline: &mut Spline,

@@ -111,7 +111,7 @@ pub(super) fn spline(
         .into_par_iter()
         .map(|k| {
             let node = spline.node(k % columns, k / columns);
-            local_plane(samples, &index, node, (PLANE_RADIUS, pitch), None).map(|(d, _)| d)
+            local_plane(samples, &index, node, PLANE_RADIUS, pitch, None).map(|(d, _)| d)
         })
         .collect();
     spline.control = extrapolated(control, columns, rows)?;

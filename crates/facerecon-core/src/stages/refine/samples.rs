@@ -57,13 +57,14 @@ fn positions(samples: &[Sample]) -> Vec<Vec2> {
     samples.iter().map(|s| Vec2::new(s.x, s.y)).collect()
 }
 
-/// Disparity at a position on the plane of the samples within `radius` pitches, without sample
-/// `skip`, and the scale of that plane's residuals. `None` with fewer than four samples.
+/// Disparity at a position on the plane of the samples within `radius` (in units of `pitch`), without
+/// sample `skip`, and the scale of that plane's residuals. `None` with fewer than four samples.
 pub(super) fn local_plane(
     samples: &[Sample],
     index: &PointIndex<2>,
     position: [f64; 2],
-    (radius, pitch): (f64, f64),
+    radius: f64,
+    pitch: f64,
     skip: Option<usize>,
 ) -> Option<(f64, f64)> {
     let radius = radius * pitch;
@@ -86,7 +87,7 @@ pub(super) fn agree_with_neighbours(samples: &[Sample], pitch: f64) -> Vec<bool>
         return vec![false; samples.len()];
     };
     let agrees = |(i, s): (usize, &Sample)| {
-        local_plane(samples, &index, [s.x, s.y], (NEIGHBOUR_RADIUS, pitch), Some(i)).is_some_and(
+        local_plane(samples, &index, [s.x, s.y], NEIGHBOUR_RADIUS, pitch, Some(i)).is_some_and(
             |(d, scale)| {
                 let tolerance = (TOLERANCE_SCALES * scale).max(MIN_TOLERANCE * pitch);
                 (s.disparity - d).abs() < tolerance

@@ -1,7 +1,7 @@
-//! Connected components of pairs.
+//! Connected components of dots, and of pairs.
 
 use super::evidence::Evidence;
-use super::graph::STEPS;
+use super::graph::{Graph, STEPS};
 use super::pairs::{DotPair, Partners};
 
 /// Splits pairs into connected components. Two lattice neighbours are linked when they are one side
@@ -20,33 +20,44 @@ pub(super) fn connected_components(
         }
         _ => false,
     };
+    let starts = pairs.iter().map(|p| p.0);
+    let components = connected_dots(graph, starts, smooth);
+    let pair = |i: usize| partners.of(i).map(|j| (i, j));
+    components.into_iter().map(|dots| dots.into_iter().filter_map(pair).collect()).collect()
+}
+
+/// Splits the dots of one photo into connected components, in the order of `starts`. Two lattice
+/// neighbours are linked when they are one side of a full cell of four dots whose neighbours are all
+/// `joined`.
+pub(super) fn connected_dots(
+    graph: &Graph,
+    starts: impl Iterator<Item = usize>,
+    joined: impl Fn(usize, usize) -> bool,
+) -> Vec<Vec<usize>> {
     // `axis` is the axis from `a` to `b`; the cell is on either side of it
     let linked = |a: usize, b: usize, axis: usize| {
-        smooth(a, b)
+        joined(a, b)
             && [1, -1].iter().any(|side| {
                 let beside = |i: usize| graph.neighbour(i, 1 - axis, *side);
                 matches!((beside(a), beside(b)), (Some(c), Some(d))
-                    if smooth(a, c) && smooth(b, d) && smooth(c, d))
+                    if joined(a, c) && joined(b, d) && joined(c, d))
             })
     };
-    let mut seen = vec![false; evidence.dots[0].len()];
+    let mut seen = vec![false; graph.labels.len()];
     let mut components = Vec::new();
-    for start in pairs {
-        if seen[start.0] {
+    for start in starts {
+        if std::mem::replace(&mut seen[start], true) {
             continue;
         }
-        seen[start.0] = true;
-        let mut component = vec![*start];
+        let mut component = vec![start];
         let mut next = 0;
-        while let Some((i, _)) = component.get(next).copied() {
+        while let Some(i) = component.get(next).copied() {
             next += 1;
             for (axis, sign) in STEPS {
-                let Some(n) = graph.neighbour(i, axis, sign) else {
-                    continue;
-                };
-                if let (false, true, Some(j)) = (seen[n], linked(i, n, axis), partners.of(n)) {
+                let neighbour = graph.neighbour(i, axis, sign);
+                if let Some(n) = neighbour.filter(|n| !seen[*n] && linked(i, *n, axis)) {
                     seen[n] = true;
-                    component.push((n, j));
+                    component.push(n);
                 }
             }
         }

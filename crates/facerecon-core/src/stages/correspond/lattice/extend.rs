@@ -49,11 +49,7 @@ pub(super) fn extend(
     let Some(right_index) = PointIndex::<2>::new(&right) else {
         return 0;
     };
-    let mut matched = [0, 1].map(|side| vec![false; evidence.dots[side].len()]);
-    for m in &found.matches {
-        matched[0][m.left] = true;
-        matched[1][m.right] = true;
-    }
+    let matched = matched_dots(evidence, found);
     let in_piece = [0, 1].map(|s| {
         in_unmatched_piece(&evidence.graphs[s], &matched[s], LARGE_PIECE * params.min_component)
     });
@@ -61,11 +57,7 @@ pub(super) fn extend(
     let is_ambiguous = |left: usize, right: usize| in_piece[0][left] && in_piece[1][right];
     let mut left_out = vec![false; evidence.dots[0].len()];
     for _ in 0..ROUNDS {
-        let mut used = [0, 1].map(|side| vec![false; evidence.dots[side].len()]);
-        for m in &found.matches {
-            used[0][m.left] = true;
-            used[1][m.right] = true;
-        }
+        let mut used = matched_dots(evidence, found);
         let mut candidates = candidates(evidence, found, &used, &right_index);
         prefer_common_shifts(evidence, &found.matches, &mut candidates);
         // Lowest cost first: a right dot goes to the left dot it fits best.
@@ -89,6 +81,16 @@ pub(super) fn extend(
         }
     }
     left_out.iter().filter(|l| **l).count()
+}
+
+/// Whether each dot is matched, `[left, right]`.
+fn matched_dots(evidence: &Evidence<'_>, found: &LatticeMatches) -> [Vec<bool>; 2] {
+    let mut matched = [0, 1].map(|side| vec![false; evidence.dots[side].len()]);
+    for m in &found.matches {
+        matched[0][m.left] = true;
+        matched[1][m.right] = true;
+    }
+    matched
 }
 
 /// All pairs of unmatched dots at an expected position.

@@ -3,39 +3,17 @@
 //! A wall behind the subject shows a large piece of regular lattice. If its period could not be
 //! decided for hundreds of dots, it cannot be decided for those of them beside the subject either.
 
-use super::graph::{Graph, STEPS};
+use super::components::connected_dots;
+use super::graph::Graph;
 
-/// For each dot whether it belongs to a piece of at least `min_size` unmatched dots. Two lattice
-/// neighbours are linked when they are one side of a full cell of four unmatched dots: dots of the
-/// subject that labels joined to the wall in single file are not part of it.
+/// For each dot whether it belongs to a piece of at least `min_size` unmatched dots. Pieces are linked
+/// by full cells of four: dots of the subject that labels joined to the wall in single file are not
+/// part of it.
 pub(super) fn in_unmatched_piece(graph: &Graph, is_matched: &[bool], min_size: usize) -> Vec<bool> {
     let free = |i: usize| !is_matched[i] && graph.labels[i].is_some();
-    let linked = |a: usize, b: usize, axis: usize| {
-        [1, -1].iter().any(|side| {
-            let beside = |i: usize| graph.neighbour(i, 1 - axis, *side).filter(|n| free(*n));
-            beside(a).is_some() && beside(b).is_some()
-        })
-    };
-    let mut seen = vec![false; graph.labels.len()];
+    let starts = (0..graph.labels.len()).filter(|i| free(*i));
     let mut in_piece = vec![false; graph.labels.len()];
-    for start in (0..graph.labels.len()).filter(|i| free(*i)) {
-        if std::mem::replace(&mut seen[start], true) {
-            continue;
-        }
-        let mut piece = vec![start];
-        let mut next = 0;
-        while let Some(i) = piece.get(next).copied() {
-            next += 1;
-            for (axis, sign) in STEPS {
-                let Some(n) = graph.neighbour(i, axis, sign).filter(|n| free(*n)) else {
-                    continue;
-                };
-                if !seen[n] && linked(i, n, axis) {
-                    seen[n] = true;
-                    piece.push(n);
-                }
-            }
-        }
+    for piece in connected_dots(graph, starts, |a, b| free(a) && free(b)) {
         if piece.len() >= min_size {
             piece.into_iter().for_each(|i| in_piece[i] = true);
         }
