@@ -7,4 +7,4 @@ mod person;
 mod random;
 pub mod simulate;
 
-pub use person::Person;
+pub use person::{Glasses, Person};

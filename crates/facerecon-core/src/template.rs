@@ -23,7 +23,7 @@ pub use load::{
 
 pub(crate) use assemble::assemble;
 pub(crate) use built_in::stored_half;
-pub(crate) use sculpt::{Proportions, Sculpt, smoothstep};
+pub(crate) use sculpt::{Mouth, Proportions, Sculpt, smoothstep};
 
 /// What `tools/build-head` needs. Not part of the public interface.
 #[doc(hidden)]

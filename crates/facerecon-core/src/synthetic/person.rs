@@ -1,11 +1,16 @@
 //! Made-up persons: heads that differ from the generic one in identity and asymmetry, with skin.
 
 mod albedo;
+mod beard;
+mod glasses;
 mod identity;
+mod join;
 mod model;
 mod skin;
 #[cfg(test)]
 mod tests;
+
+pub use glasses::Glasses;
 
 use crate::data::Rgb;
 use crate::math::Vec3;
@@ -45,7 +50,15 @@ pub struct Person {
 impl Person {
     /// The person of a seed. The same seed is always the same person.
     pub fn new(seed: u64) -> Self {
-        let model = Model::new(seed);
+        Self::of(Model::new(seed))
+    }
+
+    /// The person of a seed with a full beard, some 7 mm thick. The landmark of the chin is on it.
+    pub fn bearded(seed: u64) -> Self {
+        Self::of(Model::bearded(seed))
+    }
+
+    fn of(model: Model) -> Self {
         let skin = albedo::albedo(&model, SKIN_PX)
             .map(|c| c.map(|v| srgb_from_linear(f64::from(v)).round() as u8));
         Self { face: face_region(&model.head), skin, head: model.head }

@@ -1,5 +1,6 @@
 //! The skin of a made-up person as a texture.
 
+use super::beard;
 use super::model::Model;
 use crate::data::Raster;
 use crate::math::Vec3;
@@ -14,6 +15,7 @@ const LEAST_AREA: f64 = 1e-12;
 pub(super) fn albedo(model: &Model, size: usize) -> Raster<[f32; 3]> {
     let points = rest_points(model, size);
     Raster::par_from_fn(size, size, |x, y| match points.at(x, y) {
+        Some(point) if model.bearded => beard::over(&model.skin, &point, model.skin.albedo(&point)),
         Some(point) => model.skin.albedo(&point),
         None => model.skin.plain(),
     })

@@ -1,5 +1,6 @@
 //! Head and skin of a made-up person.
 
+use super::beard;
 use super::identity::{Bump, Identity, proportions};
 use super::skin::Skin;
 use crate::math::Vec3;
@@ -16,6 +17,7 @@ pub(super) struct Model {
     /// The same vertices before the deformation by identity and bumps: the skin is defined on them.
     pub(super) rest: Vec<Vec3>,
     pub(super) skin: Skin,
+    pub(super) bearded: bool,
 }
 
 impl Model {
@@ -32,6 +34,13 @@ impl Model {
             let side: Vec3 = bumps.iter().map(|b| b.at(v)).sum();
             *v += side;
         }
-        Self { head, rest, skin: Skin::new(&sculpt, &mut random) }
+        Self { head, rest, skin: Skin::new(&sculpt, &mut random), bearded: false }
+    }
+
+    /// The person of a seed with a full beard.
+    pub(super) fn bearded(seed: u64) -> Self {
+        let mut model = Self { bearded: true, ..Self::new(seed) };
+        beard::grow(&mut model.head.mesh, &model.rest, &model.skin);
+        model
     }
 }

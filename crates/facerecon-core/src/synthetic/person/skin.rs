@@ -2,7 +2,7 @@
 
 use crate::math::Vec3;
 use crate::synthetic::random::Sequence;
-use crate::template::{Sculpt, smoothstep};
+use crate::template::{Mouth, Sculpt, smoothstep};
 
 type Colour = [f64; 3];
 
@@ -96,6 +96,16 @@ impl Skin {
         self.tone.map(|c| c as f32)
     }
 
+    /// Linear RGB of hair.
+    pub(super) fn hair(&self) -> Colour {
+        self.hair
+    }
+
+    /// The mouth before its deformation.
+    pub(super) fn mouth(&self) -> &Mouth {
+        self.sculpt.mouth()
+    }
+
     /// Linear RGB at a point of the head before its deformation, mm.
     pub(super) fn albedo(&self, p: &Vec3) -> [f32; 3] {
         let mut c = self.bare(p);
@@ -109,7 +119,7 @@ impl Skin {
         c.map(|v| v.clamp(0.002, 0.95) as f32)
     }
 
-    fn noise_at(&self, p: &Vec3, size: f64) -> f64 {
+    pub(super) fn noise_at(&self, p: &Vec3, size: f64) -> f64 {
         noise((p + self.offset) / size)
     }
 

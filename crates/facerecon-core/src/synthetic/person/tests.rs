@@ -58,3 +58,16 @@ fn skin_is_coloured_where_it_should_be() {
     assert!(dark(crown) < 0.5 * dark(cheek), "hair {crown:?}, skin {cheek:?}");
     assert!(lip[0] / lip[1] > 1.1 * cheek[0] / cheek[1], "lip {lip:?}, skin {cheek:?}");
 }
+
+#[test]
+fn a_full_beard_covers_the_chin_and_nothing_above_the_mouth() {
+    let (shaved, bearded) = (Model::new(4), Model::bearded(4));
+    let moved =
+        |name: &str| (vertex_of(&bearded.head, name) - vertex_of(&shaved.head, name)).norm();
+    assert!((3.0..12.0).contains(&moved("chin")), "{}", moved("chin"));
+    for name in ["mouth_left", "mouth_up", "mouth_down", "nose_tip", "ala_left", "forehead"] {
+        assert!(moved(name) < 0.5, "{name}: {}", moved(name));
+    }
+    let brightness = |model: &Model| -> f32 { albedo(model, 256).data().iter().flatten().sum() };
+    assert!(brightness(&bearded) < 0.99 * brightness(&shaved));
+}
