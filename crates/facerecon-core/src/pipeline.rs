@@ -1,5 +1,6 @@
 //! From a capture to a face: the parameters, the stages in order, and the top error.
 
+mod covered;
 mod dense;
 mod error;
 mod inputs;

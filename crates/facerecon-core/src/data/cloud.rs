@@ -42,6 +42,19 @@ impl Cloud {
         }
     }
 
+    /// Keeps the points of which `keep` (number and position) is true, with their properties.
+    pub fn retain(&mut self, keep: impl Fn(usize, &Vec3) -> bool) {
+        let kept: Vec<bool> = self.points.iter().enumerate().map(|(i, p)| keep(i, p)).collect();
+        fn filter<T>(values: &mut Vec<T>, kept: &[bool]) {
+            let mut flags = kept.iter();
+            values.retain(|_| flags.next().copied().unwrap_or(true));
+        }
+        filter(&mut self.points, &kept);
+        filter(&mut self.normals, &kept);
+        filter(&mut self.colors, &kept);
+        filter(&mut self.sigmas, &kept);
+    }
+
     /// Smallest and largest coordinates; `None` for an empty cloud.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.points.first()?;
@@ -64,5 +77,19 @@ impl CloudFrame {
     /// Whether lengths are millimetres.
     pub fn is_metric(self) -> bool {
         self == Self::Metric
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_kept_with_their_properties() {
+        let mut cloud = Cloud::from_points(vec![Vec3::x(), Vec3::y(), Vec3::z()]);
+        cloud.sigmas = vec![1.0, 2.0, 3.0];
+        cloud.retain(|i, p| i != 0 && p.z == 0.0);
+        assert_eq!((cloud.points, cloud.sigmas), (vec![Vec3::y()], vec![2.0]));
+        assert!(cloud.normals.is_empty() && cloud.colors.is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! The inputs of each stage, collected from the outputs of earlier stages.
 
-use super::measured::{Measured, Points};
+use super::measured::Points;
 use super::run::Run;
 use crate::camera::{Pinhole, Rectification, RectifiedRig};
 use crate::data::{
@@ -17,6 +17,7 @@ use crate::stages::correspond::{CorrespondInput, Correspondence};
 use crate::stages::deform::LandmarkTarget;
 use crate::stages::detect::Detection;
 use crate::stages::rectify::Rectified;
+use crate::stages::refine::Refined;
 use crate::stages::register::Registration;
 use crate::stages::texture::{TextureDot, TexturePhoto};
 use crate::stages::triangulate::TriangulateError;
@@ -128,15 +129,17 @@ pub(super) fn of_feature(
 /// Splits the triangulated points into dots and features, and triangulates the dense disparity.
 pub(super) fn points(
     cloud: &Cloud,
-    measured: &Measured<'_>,
+    matches: usize,
+    dense: Option<&Refined>,
+    rig: Option<&RectifiedRig>,
     features: &[(String, Match)],
 ) -> Points {
-    let count = measured.matches.len().min(cloud.len());
+    let count = matches.min(cloud.len());
     let dots = Cloud::from_points(cloud.points[..count].to_vec());
     let names = features.iter().map(|f| f.0.clone());
     let landmarks =
         names.zip(&cloud.points[count..]).map(|(n, p)| marked_landmark(n, *p)).collect();
-    let all = match (measured.dense, measured.rig) {
+    let all = match (dense, rig) {
         (Some(dense), Some(rig)) => super::dense::cloud(dense, rig),
         _ => dots.clone(),
     };

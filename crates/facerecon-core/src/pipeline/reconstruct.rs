@@ -8,7 +8,7 @@ use super::run::Run;
 use super::shape::{self, Shape};
 use super::uncertainty::with_uncertainty;
 use super::verdict::{FaceVerdict, verdict_of};
-use super::{Error, Params, Reconstruction, inputs, outline};
+use super::{Error, Params, Reconstruction, covered, inputs, outline};
 use crate::data::{Capture, CloudFrame, Dot, Match, Mesh};
 use crate::observer::{Artifact, Event, Observer};
 use crate::stages::correspond::Correspondence;
@@ -79,15 +79,21 @@ fn run_stages(
             .map_err(|fault| inputs::of_feature(fault, &matches, &features))
     })?;
     let frame = points.frame;
+    let rig = rig.filter(|_| frame != CloudFrame::Model);
+    let dots = &points.cloud;
+    let mut points = inputs::points(dots, matches.len(), dense.as_ref(), rig, &features);
+    let covers = find_unmarked(&run, capture, &rectified, frame, &outlines, &mut points, params)?;
+    if let Some(covers) = &covers {
+        covered::leave_out(&run, covers, &mut matches, dense.as_mut(), rig, &mut points);
+    }
+    let all_matches = inputs::with_features(&matches, &features);
     let measured = Measured {
         matches: &matches,
         dense: dense.as_ref(),
-        rig: rig.filter(|_| frame != CloudFrame::Model),
+        rig,
         all_matches: &all_matches,
         frame,
     };
-    let mut points = inputs::points(&points.cloud, &measured, &features);
-    find_unmarked(&run, capture, &rectified, frame, &outlines, &mut points, params)?;
     points.outlines = outline::camera_outlines(capture, frame, outlines);
 
     let shape = fit_shape(&run, template, &points, &measured, params)?;
@@ -105,6 +111,7 @@ fn run_stages(
         None
     };
 
+    let blur_difference = dense.as_ref().map_or(0.0, |d| d.blur_difference);
     let (timings_ms, warnings) = run.finish();
     let mut result = Reconstruction {
         mesh,
@@ -122,6 +129,8 @@ fn run_stages(
         registration: shape.registration,
         model_from_camera: shape.model_from_camera,
         metric: frame.is_metric(),
+        blur_difference,
+        dots_before_eyes: covers.map_or(0, |c| c.dots()),
         timings_ms,
         verdict: FaceVerdict::default(),
         warnings,

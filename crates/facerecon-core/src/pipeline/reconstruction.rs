@@ -43,6 +43,11 @@ pub struct Reconstruction {
     pub model_from_camera: Similarity,
     /// Whether lengths are millimetres.
     pub metric: bool,
+    /// Blur of one dotted photo against the other (standard deviation, in distances between dots):
+    /// positive where the right photo is less sharp, negative for the left one.
+    pub blur_difference: f64,
+    /// Dots that lay in front of the eye sockets (glasses) and were left out.
+    pub dots_before_eyes: usize,
     /// Milliseconds each stage took, in order.
     pub timings_ms: Vec<(String, f64)>,
     /// Whether the result can be trusted, and why not.

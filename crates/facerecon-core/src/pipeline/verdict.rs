@@ -11,10 +11,11 @@ mod outcome;
 use crate::pipeline::Reconstruction;
 use figures::figures_of;
 use limits::{
-    ASYMMETRY_MM, LANDMARK_OFFSET_MM, LANDMARKS_MEASURED, LARGE_SD, Limits, MATCHED_SHARE,
-    MEASURED_SHARE, NOSE_PROTRUSION_MAX_MM, NOSE_PROTRUSION_MM, NOSE_RELIEF, NOSE_RELIEF_MAX,
-    PROPORTION_SD, PROPORTIONS_OFF, REGION_SHARE, REGISTRATION_GROWTH, REGISTRATION_RMS_MM,
-    REGISTRATION_SHARE, RESIDUAL_MM, ROLL_DEG, ROW_OFFSET_PX, SMALL_SD, TURN_DEG,
+    ASYMMETRY_MM, BLUR_DIFFERENCE, DOTS_BEFORE_EYES, LANDMARK_OFFSET_MM, LANDMARKS_MEASURED,
+    LARGE_SD, Limits, MATCHED_SHARE, MEASURED_SHARE, NOSE_PROTRUSION_MAX_MM, NOSE_PROTRUSION_MM,
+    NOSE_RELIEF, NOSE_RELIEF_MAX, PROPORTION_SD, PROPORTIONS_OFF, REGION_SHARE,
+    REGISTRATION_GROWTH, REGISTRATION_RMS_MM, REGISTRATION_SHARE, RESIDUAL_MM, ROLL_DEG,
+    ROW_OFFSET_PX, SMALL_SD, TURN_DEG,
 };
 pub use outcome::{FaceVerdict, Reason, VerdictFigures, VerdictLevel};
 
@@ -45,6 +46,7 @@ fn judge(
         );
     }
     shape_rules(&figures, &mut rules);
+    photo_rules(&figures, &mut rules);
     size_rules(&figures, &mut rules);
     pose_rules(&figures, &mut rules);
     let mut reasons = rules.reasons;
@@ -120,6 +122,25 @@ fn shape_rules(figures: &VerdictFigures, rules: &mut Rules) {
     };
     rules.at_least(&NOSE_RELIEF, figures.nose_relief, relief);
     rules.at_most(&NOSE_RELIEF_MAX, figures.nose_relief, relief);
+}
+
+/// The rules on what hides or blurs the face in the photos.
+fn photo_rules(figures: &VerdictFigures, rules: &mut Rules) {
+    let less_sharp = if figures.blur_difference > 0.0 { "right" } else { "left" };
+    let other = if figures.blur_difference > 0.0 { "left" } else { "right" };
+    rules.at_most(&BLUR_DIFFERENCE, Some(figures.blur_difference.abs()), |blur, limit| {
+        format!(
+            "the {less_sharp} photo is less sharp than the {other} one by {blur:.2} distances between \
+             dots (at most {limit:.2} expected): details are lost; focus both cameras on the face"
+        )
+    });
+    let before = figures.dots_before_eyes;
+    rules.at_most(&DOTS_BEFORE_EYES, Some(before as f64), |_, _| {
+        format!(
+            "{before} dots in front of the eye sockets were left out (glasses?): the eyes are the \
+             template's"
+        )
+    });
 }
 
 /// The rules on the size of the face.
@@ -267,6 +288,8 @@ mod tests {
             turn_deg: Some(9.0),
             match_score: Some(0.9),
             row_offset_px: 0.1,
+            blur_difference: 0.0,
+            dots_before_eyes: 0,
         }
     }
 
@@ -288,7 +311,9 @@ mod tests {
     #[test]
     fn one_grave_figure_makes_a_result_doubtful() {
         type Change = fn(&mut VerdictFigures);
-        let cases: [(Change, &str); 16] = [
+        let cases: [(Change, &str); 18] = [
+            (|f| f.blur_difference = 0.5, "right photo is less sharp than the left one by 0.50"),
+            (|f| f.blur_difference = -0.5, "left photo is less sharp"),
             (|f| f.nose_relief = Some(0.7), "focal length"),
             (|f| f.size_sd = Some(2.5), "larger"),
             (|f| f.size_sd = Some(-3.0), "child"),
@@ -326,6 +351,11 @@ mod tests {
         let verdict = judge(off, Vec::new(), true, true);
         assert_eq!(verdict.level, VerdictLevel::Usable);
         assert!(verdict.to_string().contains("chin is 7.2 mm"), "{verdict}");
+        let glasses = VerdictFigures { dots_before_eyes: 90, ..good() };
+        let verdict = judge(glasses, Vec::new(), true, true);
+        assert_eq!(verdict.level, VerdictLevel::Usable);
+        assert!(verdict.to_string().contains("90 dots in front of the eye"), "{verdict}");
+        assert_eq!(level(VerdictFigures { blur_difference: 0.2, ..good() }), VerdictLevel::Usable);
         let small = VerdictFigures { size_sd: Some(-2.0), ..good() };
         assert_eq!(level(small), VerdictLevel::Usable);
         let one = VerdictFigures { proportions_sd: [("mouth_width", 6.0)].into(), ..good() };

@@ -9,6 +9,7 @@
 //! 5. Lengths that hardly differ between people complete and check what was found.
 
 mod color_regions;
+mod covered;
 mod ear_outline;
 mod ears;
 mod eyes;
@@ -25,9 +26,11 @@ mod tests;
 
 use crate::camera::Rectification;
 use crate::data::{Cloud, MeasuredLandmark, Outline, Rgb};
-use crate::math::Vec3;
+use crate::math::{Similarity, Vec3};
 use crate::observer::{Artifact, Cancelled, Observer};
 use crate::settings::{SettingsError, Value, choices, settings};
+
+pub use covered::CoveredEyes;
 
 use frontal::FrontalPicture;
 use head_frame::HeadFrame;
@@ -92,6 +95,9 @@ pub struct FoundLandmarks {
     pub expected: Vec<MeasuredLandmark>,
     /// Share of the surface about the nose that is symmetric; 0 where no nose was found.
     pub symmetry: f64,
+    /// The frame of the head (x to the viewer's right, y up, z out of the face, origin at the tip of
+    /// the nose, mm) from the camera frame, where a nose was found.
+    pub head_from_camera: Option<Similarity>,
 }
 
 /// Finds the landmarks. Those that are not seen clearly are left out; none at all is a warning.
@@ -148,6 +154,7 @@ pub fn find_landmarks(
     let mut found = FoundLandmarks::default();
     if let Some((_, face, picture, frame)) = best {
         found.symmetry = frame.symmetry;
+        found.head_from_camera = Some(frame.head_from_camera());
         found.landmarks = face.lifted(&picture, &frame);
         if let Some(upright) = face.upright {
             found.landmarks.extend(ears::find(input, upright, &frame));

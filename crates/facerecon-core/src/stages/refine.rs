@@ -1,7 +1,8 @@
 //! Stage refine: disparity by image matching on the dotted pair, at the dots and between them.
 //!
 //! The matches of the correspondence stage are the initial values.
-//! 1. A window around each match is fitted by least squares (Gruen 1985).
+//! 1. Where one photo is less sharp, the other one is smoothed to it. Then a window around each
+//!    match is fitted by least squares (Gruen 1985).
 //! 2. A bicubic B-spline of disparity is fitted to these matches.
 //! 3. Gauss-Newton steps move its control values until the warped right photo agrees with the left
 //!    one. Residuals are weighted by the noise at their brightness. A thin-plate energy resists
@@ -21,6 +22,7 @@ mod quality;
 mod refined;
 mod rows;
 mod samples;
+mod sharpness;
 mod spline;
 mod stiffness;
 #[cfg(test)]
@@ -43,6 +45,7 @@ use descent::descend;
 use image::RowSpline;
 use photometry::PhotometricModel;
 use samples::Sample;
+use sharpness::equal_sharpness;
 use stiffness::{Stiffness, depth_ratio};
 
 /// The smoothing before matching is cut off at this many standard deviations.
@@ -211,10 +214,12 @@ pub fn refine(
     let binning = Binning::for_pitch(pitch_px);
     let pitch = pitch_px / binning.factor();
     let working = |photo: &Gray| binning.reduce(photo).blurred_to(params.smooth_px, SMOOTH_CUTOFF);
-    let working_left = working(left);
-    let working_right = RowSpline::new(&working(&rows::levelled(right, &inside, pitch_px)));
-
     let mut samples: Vec<Sample> = samples.iter().map(|s| binning.working_sample(s)).collect();
+    let levelled = working(&rows::levelled(right, &inside, pitch_px));
+    let (working_left, levelled, blur_px) =
+        equal_sharpness(working(left), levelled, &samples, pitch);
+    let working_right = RowSpline::new(&levelled);
+
     let half_width = params.window * pitch;
     let reliable =
         initial::measure_windows(&mut samples, &working_left, &working_right, pitch, half_width);
@@ -259,7 +264,15 @@ pub fn refine(
     let dropped = inside.len() - matches.len();
     observer.event(&Event::Count { stage: "refine", what: "matches", count: matches.len() });
     observer.event(&Event::Count { stage: "refine", what: "matches dropped", count: dropped });
-    Ok(Refined { matches, disparity, sigma_px, pitch_px, dropped, misfit: last.misfit })
+    Ok(Refined {
+        matches,
+        disparity,
+        sigma_px,
+        pitch_px,
+        dropped,
+        misfit: last.misfit,
+        blur_difference: blur_px / pitch,
+    })
 }
 
 fn require_equal_sizes(left: &Gray, right: &Gray) -> Result<(), RefineError> {

@@ -51,6 +51,8 @@ pub(super) fn figures_of(found: &Reconstruction) -> VerdictFigures {
             .collect(),
         match_score: median(&scores),
         row_offset_px: found.rows.offset_px,
+        blur_difference: found.blur_difference,
+        dots_before_eyes: found.dots_before_eyes,
         ..VerdictFigures::default()
     };
     if let Some(pose) = &found.registration {

@@ -92,6 +92,11 @@ pub struct VerdictFigures {
     pub match_score: Option<f64>,
     /// Rows by which the photos were out of level against the calibration, pixels.
     pub row_offset_px: f64,
+    /// Blur of one dotted photo against the other, standard deviation in distances between dots:
+    /// positive where the right photo is less sharp, negative for the left one.
+    pub blur_difference: f64,
+    /// Dots in front of the eye sockets (glasses) that were left out.
+    pub dots_before_eyes: usize,
 }
 
 impl VerdictFigures {

@@ -6,7 +6,7 @@ use nalgebra::Rotation3;
 use super::nose_tip::NoseTip;
 use super::surface_points::{SurfacePoints, viewer_axes};
 use super::symmetry::{SymmetryPlane, plane_at};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Similarity, Vec3};
 
 /// The level of the face is taken between these distances from the plane of symmetry, mm: beside
 /// the nose and in front of the ears.
@@ -87,6 +87,13 @@ impl HeadFrame {
     /// A position of the camera frame in the head's frame.
     pub fn place(&self, p: &Vec3) -> Vec3 {
         self.rotation * (viewer_axes(p) - self.origin)
+    }
+
+    /// The head's frame from the camera frame.
+    pub fn head_from_camera(&self) -> Similarity {
+        let viewer =
+            Mat3::from_columns(&[Vec3::x(), Vec3::y(), Vec3::z()].map(|a| viewer_axes(&a)));
+        Similarity::rigid(self.rotation * viewer, -(self.rotation * self.origin))
     }
 
     /// A direction of the camera frame in the head's frame.

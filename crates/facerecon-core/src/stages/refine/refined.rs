@@ -20,6 +20,9 @@ pub struct Refined {
     /// Root mean square of the residuals over their expected noise, each cut at 3 (about 1 for a
     /// good fit).
     pub misfit: f64,
+    /// Standard deviation by which the sharper photo was smoothed to the sharpness of the other one,
+    /// in pitches: positive for the left photo, negative for the right one, 0 where both are alike.
+    pub blur_difference: f64,
 }
 
 impl Refined {

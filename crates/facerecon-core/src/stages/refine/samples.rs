@@ -1,5 +1,6 @@
 //! Matches as positions in the left photo with a disparity, and their agreement with each other.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::plane::robust_plane;
@@ -57,8 +58,7 @@ fn positions(samples: &[Sample]) -> Vec<Vec2> {
     samples.iter().map(|s| Vec2::new(s.x, s.y)).collect()
 }
 
-/// Disparity at a position on the plane of the samples within `radius` (in units of `pitch`), without
-/// sample `skip`, and the scale of that plane's residuals. `None` with fewer than four samples.
+/// Disparity at a position on [`local_surface`], and the scale of its residuals.
 pub(super) fn local_plane(
     samples: &[Sample],
     index: &PointIndex<2>,
@@ -67,6 +67,21 @@ pub(super) fn local_plane(
     pitch: f64,
     skip: Option<usize>,
 ) -> Option<(f64, f64)> {
+    let (plane, scale) = local_surface(samples, index, position, radius, pitch, skip)?;
+    Some((plane[0], scale))
+}
+
+/// The plane of the samples within `radius` (in units of `pitch`) of a position, without sample
+/// `skip`: disparity at the position, its slopes across and down; and the scale of the residuals.
+/// `None` with fewer than four samples.
+pub(super) fn local_surface(
+    samples: &[Sample],
+    index: &PointIndex<2>,
+    position: [f64; 2],
+    radius: f64,
+    pitch: f64,
+    skip: Option<usize>,
+) -> Option<(Vector3<f64>, f64)> {
     let radius = radius * pitch;
     let near = index.within(&position, radius);
     let points: Vec<[f64; 4]> = near
@@ -78,7 +93,7 @@ pub(super) fn local_plane(
             [s.x - position[0], s.y - position[1], s.disparity, weight]
         })
         .collect();
-    robust_plane(&points, MIN_PLANE_SCALE * pitch).map(|(plane, scale)| (plane[0], scale))
+    robust_plane(&points, MIN_PLANE_SCALE * pitch)
 }
 
 /// For each sample whether it agrees with the plane of its neighbours; isolated ones do not.

@@ -40,6 +40,7 @@ const CONVERGED: f64 = 0.002;
 ///     pitch_px: 10.0,
 ///     dropped: 0,
 ///     misfit: 1.0,
+///     blur_difference: 0.0,
 /// };
 /// let dot = Dot { position: Vec2::new(30.0, 10.0), sigma_px: 1.0, amplitude: 40.0, score: 0.9 };
 /// match_remaining_dots(&mut refined, [&[dot], &[]], 0.15);
@@ -139,6 +140,7 @@ mod tests {
             pitch_px: 10.0,
             dropped: 0,
             misfit: 1.0,
+            blur_difference: 0.0,
         };
         let left = positions.iter().map(|p| dot(p.x, p.y)).collect();
         let right = positions.iter().map(right).map(|p| dot(p.x, p.y)).collect();
