@@ -7,30 +7,6 @@ use facerecon_core::render::{linear_from_srgb, rasterize, srgb_from_linear};
 use facerecon_core::synthetic::simulate::{SimulateParams, Simulated, simulate};
 use facerecon_core::synthetic::{Glasses, Person};
 
-/// Names of all cases.
-pub const CASES: [&str; 20] = [
-    "scatter",
-    "scatter_strong",
-    "beard",
-    "beard_dark",
-    "wide_left",
-    "wide_right",
-    "two_right",
-    "two_left",
-    "two_beside",
-    "two_small",
-    "glasses_clear",
-    "glasses_dark",
-    "glasses_dots",
-    "glasses_sun",
-    "turned_right",
-    "turned_left",
-    "blur_right",
-    "blur_right_strong",
-    "over",
-    "over_strong",
-];
-
 /// Linear albedo of the surface of a lens that carries dots, and of the rims, as sRGB codes.
 const LENS: [u8; 3] = [150, 150, 155];
 const SUN_LENS: [u8; 3] = [60, 60, 62];
