@@ -175,7 +175,7 @@ mod tests {
         let kept = on_lenses.iter().filter(|p| !covers.contains_dot(p)).count();
         assert!(kept * 4 < on_lenses.len(), "{kept} of {} dots on lenses", on_lenses.len());
         let lost = skin.iter().filter(|p| covers.contains_dot(p)).count();
-        assert!(lost * 100 < skin.len(), "{lost} of {} dots on skin are lost", skin.len());
+        assert!(lost * 50 < skin.len(), "{lost} of {} dots on skin are lost", skin.len());
         assert!(covers.contains(&on_lenses[4]));
     }
 }
