@@ -62,7 +62,9 @@ fn a_blurred_photo_costs_little_and_is_named() {
 
 #[test]
 fn a_full_beard_is_measured() {
-    let (_, error) = reconstructed("beard");
+    let (found, error) = reconstructed("beard");
+    assert!(found.warnings.iter().any(|w| w.contains("beard")), "{:?}", found.warnings);
+    assert!(found.measured_landmarks.iter().all(|l| l.name != "chin"));
     assert!(error.median_mm < 0.2 && error.p90_mm < 1.0, "{error:?}");
 }
 

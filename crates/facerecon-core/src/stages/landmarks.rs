@@ -156,6 +156,14 @@ pub fn find_landmarks(
         found.symmetry = frame.symmetry;
         found.head_from_camera = Some(frame.head_from_camera());
         found.landmarks = face.lifted(&picture, &frame);
+        if face.bearded {
+            observer.warn(
+                "landmarks",
+                "the chin is much darker than the cheeks (a beard?): its landmark was left out, and \
+                 the height of the face is the template's; mark the chin in both photos where it can \
+                 be seen",
+            );
+        }
         if let Some(upright) = face.upright {
             found.landmarks.extend(ears::find(input, upright, &frame));
             found.expected = ears::expected(upright, &frame);

@@ -2,12 +2,12 @@
 
 use super::ears::Upright;
 use super::eyes::{self, Eye};
-use super::frontal::FrontalPicture;
+use super::frontal::{FrontalPicture, PIXEL_MM, pixel};
 use super::head_frame::HeadFrame;
 use super::mouth::{self, Mouth};
 use super::nose::{self, Nose, Profile};
 use crate::data::{LandmarkSource, MeasuredLandmark};
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, median};
 
 /// Distances between the outer and the inner corners of the eyes, mm (children to large adults;
 /// Farkas 1994 gives 74 to 100 and 25 to 39 with two standard deviations).
@@ -90,11 +90,21 @@ fn placed(name: &'static str, at: Vec2, sigma_mm: f64) -> Placed {
     Placed { name, at, raised_mm: 0.0, sigma_mm }
 }
 
+/// A chin darker than both cheeks by this is under a beard: difference of the logarithms of
+/// brightness. Bare and shaved chins lie between 0.5 below and 0.4 above, dark beards 2 below.
+const BEARD_DARKER: f64 = 1.0;
+/// Middle of a cheek, relative to the tip of the nose, and half the side of the squares in which
+/// brightness is taken, mm.
+const CHEEK_MM: (f64, f64) = (33.0, -6.0);
+const TONE_MM: f64 = 6.0;
+
 /// The landmarks found in one frontal picture.
 pub(super) struct Face {
     placed: Vec<Placed>,
     /// The upright face, where eyes and mouth were found.
     pub upright: Option<Upright>,
+    /// Whether a beard hides the chin, whose landmark is then left out.
+    pub bearded: bool,
     /// Number of parts (two eyes, mouth, nose) that were found and agree.
     pub parts: u32,
 }
@@ -158,7 +168,31 @@ pub(super) fn find(picture: &FrontalPicture) -> Face {
     }
     let upright = upright(picture, eyes.as_ref(), mouth.as_ref());
     place_midline(picture, &profile, nose.as_ref(), upright, mouth.as_ref(), &mut list);
-    Face { placed: list, upright, parts }
+    let bearded = list.iter().any(|p| p.name == "chin" && is_bearded(picture, p.at));
+    list.retain(|p| p.name != "chin" || !bearded);
+    Face { placed: list, upright, bearded, parts }
+}
+
+/// Whether the chin is much darker than both cheeks.
+fn is_bearded(picture: &FrontalPicture, chin: Vec2) -> bool {
+    let Some(colors) = &picture.colors else { return false };
+    let steps = (TONE_MM / PIXEL_MM) as isize;
+    let tone = |at: Vec2| {
+        let middle = pixel(at.x, at.y);
+        let (u, v) = (middle.x.round() as isize, middle.y.round() as isize);
+        let square = (-steps..=steps).flat_map(|j| (-steps..=steps).map(move |i| (i, j)));
+        let all: Vec<f64> = square
+            .filter_map(|(i, j)| colors.brightness.get(u + i, v + j))
+            .map(f64::from)
+            .collect();
+        median(&all)
+    };
+    let cheeks = [-1.0, 1.0].map(|side| tone(Vec2::new(side * CHEEK_MM.0, CHEEK_MM.1)));
+    let above = tone(chin + Vec2::new(0.0, TONE_MM));
+    match (above, cheeks) {
+        (Some(chin), [Some(left), Some(right)]) => chin < left.min(right) - BEARD_DARKER,
+        _ => false,
+    }
 }
 
 fn plausible_nose(nose: &Nose) -> bool {
