@@ -2,7 +2,9 @@
 
 use super::disparity_surface::DisparitySurface;
 use super::evidence::{Evidence, MAX_STEP, SIMILAR};
+use super::graph::{Graph, STEPS};
 use super::lattice_matches::LatticeMatches;
+use super::pairs::{DotPair, Partners};
 use super::params::LatticeParams;
 use crate::math::{mad, median};
 
@@ -23,12 +25,16 @@ const SUPPORT_RADIUS: f64 = 2.2;
 /// plain pair confirms the match, and elsewhere.
 const CONFIRMED_SUPPORT: (usize, f64) = (2, 0.3);
 const UNCONFIRMED_SUPPORT: (usize, f64) = (3, 0.12);
+/// Deviation from the plane beyond which a match also needs a lattice neighbour with the same shift,
+/// in spacings: about half the period, from which on the dot one period further fits as well.
+const NEEDS_SHIFT: f64 = 0.4;
 /// Neighbours and radius (in spacings) over which components are connected.
 const LINK_NEIGHBOURS: usize = 8;
 const LINK_RADIUS: f64 = 2.1;
 
 /// Drops matches off the robust plane of their neighbours unless some of the nearest have about the
-/// same disparity (the far side of a depth discontinuity), then components that are too small.
+/// same disparity (the far side of a depth discontinuity), and far off it unless a lattice neighbour
+/// has the same shift; then components that are too small.
 pub(super) fn drop_outliers(
     evidence: &Evidence<'_>,
     params: &LatticeParams,
@@ -42,11 +48,17 @@ pub(super) fn drop_outliers(
         let known: Vec<f64> = residuals.iter().flatten().copied().collect();
         let sigma = mad(&known).unwrap_or(0.0);
         let limit = (params.outlier_mads * sigma).max(MIN_LIMIT * spacing);
+        let pairs: Vec<DotPair> = found.matches.iter().map(|m| (m.left, m.right)).collect();
+        let partners = Partners::new(evidence.dots[0].len(), &pairs);
         let mut i = 0;
         found.matches.retain(|m| {
-            let confirmed = evidence.similarity(&(m.left, m.right)) >= SIMILAR;
-            let kept = residuals[i].is_some_and(|r| r.abs() <= limit)
-                || is_supported(&surface, i, spacing, confirmed);
+            let pair = (m.left, m.right);
+            let is_within = |limit: f64| residuals[i].is_some_and(|r| r.abs() <= limit);
+            let confirmed = evidence.similarity(&pair) >= SIMILAR;
+            let kept = is_within(limit)
+                || is_supported(&surface, i, spacing, confirmed)
+                    && (is_within(NEEDS_SHIFT * spacing)
+                        || shift_is_shared(evidence.graphs, &partners, pair));
             i += 1;
             kept
         });
@@ -72,6 +84,15 @@ fn is_supported(surface: &DisparitySurface, i: usize, spacing: f64, confirmed: b
     let (needed, step) = if confirmed { CONFIRMED_SUPPORT } else { UNCONFIRMED_SUPPORT };
     let close = |n: &&usize| (surface.disparity(**n) - surface.disparity(i)).abs() < step * spacing;
     near.iter().filter(close).count() >= needed
+}
+
+/// Whether a lattice neighbour of a matched dot is matched by the same shift of the lattice.
+fn shift_is_shared(graphs: &[Graph; 2], partners: &Partners, (left, right): DotPair) -> bool {
+    STEPS.iter().any(|(axis, sign)| {
+        let [a, b] = [(&graphs[0], left), (&graphs[1], right)]
+            .map(|(graph, dot)| graph.neighbour(dot, *axis, *sign));
+        b.is_some() && a.and_then(|k| partners.of(k)) == b
+    })
 }
 
 /// Components of matches without a step of disparity.
