@@ -222,7 +222,7 @@ fn a_mesh_out_of_view_is_not_textured() {
     let bench = Bench::new();
     bench.done("template export head-coarse -o head.obj -q");
     let texture = "texture head.obj --capture capture -o out/t.obj -q";
-    refused(&bench, texture, 1, &["texture", "of the mesh's 839", "--pose"]);
+    refused(&bench, texture, 1, &["texture", "of the mesh's 846", "--pose"]);
     bench.write("pose.json", "{ \"model_from_data\": 5 }");
     refused(&bench, &format!("{texture} --pose pose.json"), 1, &["pose.json", "register"]);
 }

@@ -124,6 +124,7 @@ fn g_register(bencher: Bencher<'_, '_>, width: usize) {
         data: &data,
         model: &s.template.mesh,
         coarse: s.template.coarse.as_ref(),
+        chin_y: None,
         landmarks: &[],
         frame: CloudFrame::Metric,
     };

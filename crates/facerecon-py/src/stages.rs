@@ -177,6 +177,7 @@ fn register<'py>(
             data: &data,
             model: &head.mesh,
             coarse: head.coarse.as_ref(),
+            chin_y: head.chin_y(),
             landmarks: &landmarks,
             frame: if metric { CloudFrame::Metric } else { CloudFrame::Model },
         };

@@ -131,6 +131,7 @@ pub(super) fn register(args: &RegisterArgs, terminal: &Terminal) -> Result<(), F
         data: &cloud,
         model: &head.mesh,
         coarse: head.coarse.as_ref(),
+        chin_y: head.chin_y(),
         landmarks: &single_stage::landmark_points(&landmarks, &head),
         frame: if args.model_units { CloudFrame::Model } else { CloudFrame::Metric },
     };

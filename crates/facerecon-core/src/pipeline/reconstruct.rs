@@ -173,6 +173,7 @@ fn fit_shape(
         data: &points.dots,
         model: &template.mesh,
         coarse: template.coarse.as_ref(),
+        chin_y: template.chin_y(),
         landmarks: &inputs::landmark_points(&points.landmarks, template),
         frame: measured.frame,
     };

@@ -177,6 +177,7 @@ const MIN_VARIANCE_RATIO: f64 = 1e-9;
 ///     data: &data,
 ///     model: &model,
 ///     coarse: None,
+///     chin_y: None,
 ///     landmarks: &landmarks,
 ///     frame: CloudFrame::Model,
 /// };

@@ -21,6 +21,15 @@ pub struct Template {
     pub texture: Option<Rgb>,
 }
 
+impl Template {
+    /// Height of the chin in the model frame, mm: what lies below it is neck and clothing.
+    #[must_use]
+    pub fn chin_y(&self) -> Option<f64> {
+        let vertex = *self.landmarks.get("chin")?;
+        self.mesh.vertices.get(vertex).map(|p| p.y)
+    }
+}
+
 /// Evaluates the sculpt at the vertices of the half and adds the mirror image. Both halves share
 /// the vertices on the midline.
 pub(crate) fn assemble(sculpt: &Sculpt, half: &HalfHead) -> Template {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::input::{MIN_POINTS, RegisterInput};
-use super::mask::border_of_mask;
+use super::mask::outside_head;
 use super::quaternion::fit_quaternion;
 use super::registration::Registration;
 use super::residual::trimmed_rms;
@@ -45,12 +45,12 @@ pub fn register(
     let coarse = input.coarse.filter(|_| params.coarse_first);
     let (pose, coarse_iterations) = match coarse {
         Some(mesh) => {
-            let run = iterate(&points, mesh, first, params, observer)?;
+            let run = iterate(&points, mesh, first, input, params, observer)?;
             (run.pose, run.history.len() - 1)
         }
         None => (first, 0),
     };
-    let run = iterate(&points, input.model, pose, params, observer)?;
+    let run = iterate(&points, input.model, pose, input, params, observer)?;
     Ok(Registration {
         model_from_data: run.pose,
         iterations: start_iterations + coarse_iterations + run.history.len() - 1,
@@ -77,13 +77,14 @@ fn iterate(
     points: &[Vec3],
     model: &Mesh,
     start: Similarity,
+    input: &RegisterInput<'_>,
     params: &RegisterParams,
     observer: &dyn Observer,
 ) -> Result<Run, RegisterError> {
     let index = PointIndex::<3>::new(&model.vertices).ok_or(RegisterError::Degenerate)?;
-    let border = border_of_mask(model);
+    let outside = outside_head(model, input.chin_y);
     let find_pairs =
-        |pose: &Similarity| closest_vertices(points, pose, model, &index, &border, params.keep);
+        |pose: &Similarity| closest_vertices(points, pose, model, &index, &outside, params.keep);
     let mut history = Vec::new();
     let max_iterations = params.max_iterations;
     let step = |iteration: &IcpIteration<'_, Vec<(Vec3, Vec3)>>| -> Result<_, RegisterError> {
@@ -110,13 +111,13 @@ fn iterate(
 }
 
 /// Eq. 3.1: every point (as measured) with its closest vertex; the fraction `keep` of the pairs that
-/// are closest. Points closest to the border of a mask are left out.
+/// are closest. Points closest to a vertex `outside` the head are left out.
 fn closest_vertices(
     points: &[Vec3],
     pose: &Similarity,
     model: &Mesh,
     index: &PointIndex<3>,
-    border: &[bool],
+    outside: &[bool],
     keep: f64,
 ) -> Vec<(Vec3, Vec3)> {
     let found: Vec<(f64, Vec3, Vec3)> = points
@@ -124,7 +125,7 @@ fn closest_vertices(
         .filter_map(|p| {
             let q = pose.apply(p);
             let n = index.nearest(&[q.x, q.y, q.z])?;
-            (!border[n.index]).then(|| (n.distance, *p, model.vertices[n.index]))
+            (!outside[n.index]).then(|| (n.distance, *p, model.vertices[n.index]))
         })
         .collect();
     let distances: Vec<f64> = found.iter().map(|f| f.0).collect();

@@ -15,6 +15,10 @@ pub struct RegisterInput<'a> {
     pub model: &'a Mesh,
     /// The same head with fewer vertices.
     pub coarse: Option<&'a Mesh>,
+    /// Height of the model's chin: points closest to vertices below it belong to neck and clothing,
+    /// which have no fixed position relative to the head, and do not count for the pose (method
+    /// Besl). `None`: all count.
+    pub chin_y: Option<f64>,
     /// Landmarks as `(measured, on the model)`.
     pub landmarks: &'a [(Vec3, Vec3)],
     /// Frame of the points. Points in millimetres keep their size, others are scaled to the

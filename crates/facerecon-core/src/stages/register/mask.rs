@@ -14,6 +14,13 @@ pub(super) fn border_of_mask(mesh: &Mesh) -> Vec<bool> {
     }
 }
 
+/// For each vertex whether points closest to it tell nothing about the pose of the head: it is on the
+/// border of a mask or below the chin, where that is known.
+pub(super) fn outside_head(mesh: &Mesh, chin_y: Option<f64>) -> Vec<bool> {
+    let below = |v: usize| chin_y.is_some_and(|y| mesh.vertices[v].y < y);
+    border_of_mask(mesh).into_iter().enumerate().map(|(v, border)| border || below(v)).collect()
+}
+
 /// Height of the head that a mesh shows, whole or in part: a mask is less high than its head, but as
 /// wide.
 pub(super) fn head_height(mesh: &Mesh) -> f64 {
@@ -43,5 +50,16 @@ mod tests {
         assert_eq!((height(&flat), head_height(&flat)), (50.0, 160.0));
         // the neck of the built-in head is open, but the head is whole
         assert!(!border_of_mask(&head().mesh).contains(&true));
+    }
+
+    #[test]
+    fn the_neck_is_outside_the_head() {
+        let head = head();
+        let (chin_y, mesh) = (head.chin_y(), &head.mesh);
+        assert!(!outside_head(mesh, None).contains(&true));
+        let outside = outside_head(mesh, chin_y);
+        for (p, outside) in mesh.vertices.iter().zip(outside) {
+            assert_eq!(outside, p.y < chin_y.unwrap(), "{p}");
+        }
     }
 }

@@ -52,6 +52,7 @@ fn the_pose_is_recovered_for_heads_turned_either_way_and_with_a_wall() {
             data: &data,
             model: &model,
             coarse: Some(&coarse),
+            chin_y: None,
             landmarks: &[],
             frame: CloudFrame::Metric,
         };
@@ -79,6 +80,7 @@ fn landmarks_need_fewer_steps_and_allow_a_large_rotation() {
         data: &data,
         model: &template.mesh,
         coarse: None,
+        chin_y: None,
         landmarks: &landmarks,
         frame: CloudFrame::Metric,
     };
@@ -109,6 +111,7 @@ fn the_scale_is_found_from_landmarks_when_requested() {
         data: &data,
         model: &template.mesh,
         coarse: None,
+        chin_y: None,
         landmarks: &landmarks,
         frame: CloudFrame::Metric,
     };
@@ -125,6 +128,7 @@ fn data_that_cannot_be_a_face_are_rejected() {
         data: &data,
         model: &model,
         coarse: None,
+        chin_y: None,
         landmarks: &[],
         frame: CloudFrame::Metric,
     };

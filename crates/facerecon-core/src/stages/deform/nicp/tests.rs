@@ -129,7 +129,8 @@ fn the_neck_without_data_stays_round() {
     assert!(border.len() > 20);
     let far = border.iter().map(|&v| (fitted.vertices[v] - template.vertices[v]).norm());
     let far = far.fold(0.0, f64::max);
-    assert!(far < 14.0, "{far}");
+    // 12 mm of the slope, and 3
+    assert!(far < 15.0, "{far}");
     for (v, near) in topology.neighbours.iter().enumerate() {
         for &n in near.iter().filter(|&&n| topology.border[v] && topology.border[n as usize]) {
             let old = (template.vertices[v] - template.vertices[n as usize]).norm();
