@@ -152,3 +152,32 @@ pub(super) fn drop_background(
     found.matches.retain(|_| keep.next().unwrap_or(false));
     before - found.matches.len()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::Label;
+    use super::*;
+    use crate::math::Vec2;
+
+    #[test]
+    fn a_shift_is_shared_with_a_neighbour_in_the_same_direction_only() {
+        // three dots in a row, the same in both photos
+        let graphs = [(); 2].map(|()| {
+            let mut graph = Graph::new(3);
+            let basis = [Vec2::new(8.0, 0.0), Vec2::new(0.0, 8.0)];
+            (0..3).for_each(|i| {
+                graph.set_label(i, Label { component: 0, cell: [i as i32, 0] }, basis)
+            });
+            graph
+        });
+        let shared =
+            |pairs: &[DotPair], pair| shift_is_shared(&graphs, &Partners::new(3, pairs), pair);
+        assert!(shared(&[(0, 0), (1, 1)], (1, 1)));
+        // the neighbour is a period off
+        assert!(!shared(&[(0, 1), (1, 1)], (1, 1)));
+        // the right dot is a neighbour of that of the neighbour, but on the other side
+        assert!(!shared(&[(0, 2), (1, 1)], (1, 1)));
+        // nothing beside it is matched
+        assert!(!shared(&[(1, 1)], (1, 1)));
+    }
+}
