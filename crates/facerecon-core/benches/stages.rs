@@ -124,7 +124,7 @@ fn g_register(bencher: Bencher<'_, '_>, width: usize) {
         data: &data,
         model: &s.template.mesh,
         coarse: s.template.coarse.as_ref(),
-        chin_y: None,
+        chin_y: s.template.chin_y(),
         landmarks: &[],
         frame: CloudFrame::Metric,
     };
